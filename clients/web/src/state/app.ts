@@ -139,7 +139,7 @@ export class App {
         const picked = (): ReturnType<App['picked']> => this.picked();
         const pick = (x: number, y: number): Promise<Pick | null> => this.pick(x, y);
         this.lamps = new Lamps({ scene, edits, view, toasts, call, onError, picked, pick, ev: () => this.exposure.value.ev });
-        this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.frameRecord(id) });
+        this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.frameRecord(id), moveTo: (pose) => view.moveTo(orbitFromPose(pose)) });
         this.library = new Library({ call, pick, online: this.online, place: (...of) => this.lamps.place(...of) });
         this.uploads = new Uploads({
             ...{ imports: this.imports, call, put: putByHttp },

@@ -1,8 +1,9 @@
-/** Models brought into the scene from the server's asset folder. */
+/** Models brought into the scene from the server's asset folder, and rooms made where there is no model. */
 import { signal } from '@preact/signals';
 import { RpcError } from '../protocol/rpc';
-import { stringOr, type SceneRecord } from '../protocol/types';
+import { stringOr, type CameraPose, type SceneRecord } from '../protocol/types';
 import type { Edits } from './edits';
+import { roomOps, type Room } from './room_make';
 import type { SceneMirror } from './scene';
 import type { Toasts } from './toasts';
 
@@ -54,6 +55,7 @@ export interface ImportsHost {
     edits: Edits;
     toasts: Toasts;
     lookAt(id: string): void;
+    moveTo(pose: CameraPose): void;
 }
 
 export class Imports {
@@ -65,6 +67,8 @@ export class Imports {
     readonly progress = signal<Progress | null>(null);
     /** Why the last one failed; "" when it did not. */
     readonly problem = signal('');
+    /** The form of a new room is open. */
+    readonly planning = signal(false);
 
     constructor(private readonly host: ImportsHost) {}
 
@@ -80,6 +84,18 @@ export class Imports {
         if (error) this.problem.value = explainImport(error, asset);
         else this.offer(id, asset);
         return !error;
+    }
+
+    /** An empty room, seen from one of its corners. */
+    async build(room: Room): Promise<void> {
+        const { scene, edits, toasts, moveTo } = this.host;
+        const { ops, pose } = roomOps(room, (id) => scene.peek(id) !== undefined);
+        const error = await edits.attempt(ops);
+        this.problem.value = error ? sentence(error.message) : '';
+        if (error) return;
+        this.planning.value = false;
+        moveTo(pose);
+        toasts.announce(`A room of ${room.length} by ${room.width} m, ${room.height} m high`);
     }
 
     remove(id: string): void {

@@ -49,6 +49,9 @@ function replaceIn(node: Json | undefined, keys: string[], value: Json): Json | 
 const LISTED = ['light', 'camera', 'import', 'sensor', 'patch', 'preset'] as const;
 type Listed = (typeof LISTED)[number];
 
+/** lamp-2 before lamp-10. */
+const byName = new Intl.Collator('en', { numeric: true }).compare;
+
 export class SceneMirror {
     readonly rev = signal(0);
     /** Lights, then objects that shine. */
@@ -192,8 +195,8 @@ export class SceneMirror {
     }
 
     private relist(): void {
-        for (const type of LISTED) this.lists[type].value = this.idsOfType(type);
-        const luminaires = this.idsOfType('object').filter((id) => isObject(this.confirmed.get(id)?.emits));
+        for (const type of LISTED) this.lists[type].value = this.idsOfType(type).sort(byName);
+        const luminaires = this.idsOfType('object').sort(byName).filter((id) => isObject(this.confirmed.get(id)?.emits));
         this.lamps.value = [...this.lists.light.value, ...luminaires];
     }
 }

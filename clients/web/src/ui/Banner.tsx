@@ -28,12 +28,13 @@ function emptinessOf(app: App, inView: 'nothing' | 'dark'): Emptiness {
     const way = <>press <kbd>H</kbd> for the scene’s camera</>;
     const home: [string, () => void] = ['Go there', () => app.goHome()];
     if (inView === 'nothing' && scene.idsOfType('object').length === 0) {
-        const remedy = uploads.offered.value
+        const model = uploads.offered.value
             ? 'drop a model’s file onto this page'
             : imports.offered.value
               ? 'import a model, at the end of the list'
               : 'start the server with --scene FILE or --assets FOLDER';
-        return { what: 'The scene has no objects', remedy };
+        if (!app.mayEdit.value) return { what: 'The scene has no objects' };
+        return { what: 'The scene has no objects', remedy: `${model}, or begin with`, button: ['An empty room', () => (imports.planning.value = true)] };
     }
     if (inView === 'nothing') return { what: 'Nothing in view', remedy: way, button: home };
     if (lights.length === 0) {

@@ -4,6 +4,7 @@ import { useApp } from './context';
 import { ChooseFiles } from './DropFiles';
 import { Editing } from './Editing';
 import { ImportRow } from './ImportRow';
+import { RoomForm } from './RoomForm';
 
 const HINT = 'A file in the server’s asset folder: glTF, GLB, OBJ, FBX …';
 
@@ -11,12 +12,19 @@ const NOT_OFFERED = 'This server was started without an asset folder (--assets),
 
 export function ImportPanel() {
     const { imports, scene, uploads } = useApp();
+    const isEmpty = scene.rev.value > 0 && scene.idsOfType('object').length === 0;
     return (
         <section class="section" aria-labelledby="import-title">
             <Editing>
                 <header class="section-head">
                     <h2 id="import-title">Models</h2>
+                    {isEmpty && (
+                        <button type="button" class="toggle at-end" aria-expanded={imports.planning.value} onClick={() => (imports.planning.value = !imports.planning.value)}>
+                            Empty room…
+                        </button>
+                    )}
                 </header>
+                {isEmpty && imports.planning.value && <RoomForm />}
                 {imports.offered.value ? <ImportForm /> : uploads.offered.value ? <ImportState /> : <p class="hint">{NOT_OFFERED}</p>}
                 {uploads.offered.value && <ChooseFiles />}
                 <ul class="light-list">

@@ -1,0 +1,51 @@
+// From nothing to a report, as a lighting designer goes: a room, twelve luminaires, a work plane that passes, a page to print.
+// Assets: tests/photometry.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { eventually, row } from './browser.mjs';
+import { numbers, page, sceneFile, serve, tab, violations } from './stage.mjs';
+
+serve(sceneFile([]), fileURLToPath(new URL('../../photometry', import.meta.url)));
+
+const form = () => page.getByRole('group', { name: 'A new room' });
+
+test('a scene without objects offers a room; its form goes by keyboard, and axe finds nothing in it', async () => {
+    await page.getByRole('button', { name: 'An empty room' }).press('Enter');
+    await eventually(() => page.evaluate(() => document.activeElement?.closest('[aria-label="A new room"]') !== null), () => 'the form has no focus');
+    assert.deepEqual(await violations(page), []);
+    for (const size of ['5.4', '3.6']) {
+        await page.keyboard.press('Control+a');
+        await page.keyboard.type(size);
+        await page.keyboard.press('Tab');
+    }
+    await form().getByRole('button', { name: 'Build it' }).press('Enter');
+    await page.locator('.banner-empty', { hasText: 'The scene has no light' }).waitFor();
+    assert.equal(await page.getByRole('button', { name: 'Empty room…' }).count(), 0, 'there is one');
+});
+
+test('one of the luminaires is hung from the list, and made into twelve', async () => {
+    await page.getByLabel('Search luminaires by name or file').fill('linear');
+    await page.getByRole('option', { name: /Langfeldleuchte/ }).click();
+    await page.getByRole('button', { name: 'Hang under the ceiling' }).click();
+    await row(page, 'linear').locator('.light-details').waitFor();
+    assert.ok((await numbers('linear', 'Y'))[0] > 2.6, 'under the ceiling');
+    await page.getByRole('button', { name: 'Rows…' }).click();
+    await page.getByRole('button', { name: 'Spread over the floor' }).click();
+    await page.getByRole('switch', { name: 'Group linear on' }).waitFor();
+    const lamps = await page.locator('.light-list .light-name').allInnerTexts();
+    assert.deepEqual(lamps.filter((name) => name.startsWith('linear-')).slice(0, 3), ['linear-2', 'linear-3', 'linear-4'], 'lamp 2 is before lamp 10');
+});
+
+test('a work plane passes 500 lx and a uniformity of 0.6, and the report has it', async () => {
+    await page.getByRole('button', { name: 'Add work plane' }).click();
+    const plane = page.locator('.sensor');
+    await eventually(async () => /meets 500[^]*meets 0\.6/.test(await plane.innerText()), () => plane.innerText());
+    const [file] = await Promise.all([page.waitForEvent('download', { timeout: 600000 }), page.getByRole('button', { name: 'Report' }).click()]);
+    const html = readFileSync(await file.path(), 'utf8');
+    assert.match(html, /Langfeldleuchte[^]*<td class="n">12/);
+    assert.equal(html.match(/data:image\/png/g).length, 2);
+});
+
+test('nothing was written to the console as an error', () => assert.deepEqual(tab.watch.errors, []));
