@@ -2,6 +2,11 @@
 
 #include <string.h>
 
+bool lum_close_is_for_good(enum lum_close code)
+{
+    return code == LUM_CLOSE_REVOKED || code == LUM_CLOSE_ENDED;
+}
+
 const char *lum_close_reason(enum lum_close code)
 {
     switch (code) {
@@ -19,6 +24,8 @@ const char *lum_close_reason(enum lum_close code)
         return "no session.hello with the right token";
     case LUM_CLOSE_REVOKED:
         return "this token was changed or taken away";
+    case LUM_CLOSE_ENDED:
+        return "an administrator ended the session";
     case LUM_CLOSE_RESUMED:
         return "the session goes on by another connection";
     case LUM_CLOSE_SLOW:

@@ -18,10 +18,12 @@ enum lum_close {
     LUM_CLOSE_BUSY = 1013,     /* too many sessions */
     LUM_CLOSE_AUTH = 4001,     /* wrong token, or no hello in time */
     LUM_CLOSE_REVOKED = 4003,  /* the token, or its role, was taken away meanwhile */
+    LUM_CLOSE_ENDED = 4004,    /* by an administrator */
     LUM_CLOSE_RESUMED = 4009,  /* another connection went on with this session */
     LUM_CLOSE_SLOW = 4008,     /* LUM_LIMIT_CONTROL_QUEUE_BYTES of text wait: the client does not read */
 };
 
+bool lum_close_is_for_good(enum lum_close code);   /* the session cannot be resumed */
 const char *lum_close_reason(enum lum_close code); /* for people; "": none */
 
 struct lum_message {

@@ -135,7 +135,7 @@ void lum_session_close(struct lum_session *s)
             s->user);
     if (s->table->draining)
         return; /* who is cut off because the server stops may come back, and finds her undo again */
-    bool for_good = !s->superseded && (s->done || s->close == LUM_CLOSE_REVOKED);
+    bool for_good = !s->superseded && (s->done || lum_close_is_for_good(s->close));
     s->farewell = for_good ? &lum_request_session_closed : &lum_request_session_lost;
     if (!for_good && !s->superseded)
         lum_session_park(s, lum_clock_ns());

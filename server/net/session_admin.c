@@ -60,7 +60,7 @@ static struct cJSON *end(struct lum_session *asking, const struct lum_rpc *rpc, 
             continue;
         lum_log(&t->config.log, t->config.audit ? LUM_LOG_AUDIT : LUM_LOG_INFO, "session", "%s is sent away by %s",
                 user, asking->user);
-        lum_session_abort(s, LUM_CLOSE_REVOKED);
+        lum_session_abort(s, LUM_CLOSE_ENDED);
         t->ended = true;
         return cJSON_CreateObject();
     }

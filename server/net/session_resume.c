@@ -146,7 +146,7 @@ bool lum_session_resume(struct lum_session *s, const char *name, const char *key
     struct lum_sessions *t = s->table;
     struct lum_session *open = find_open(t, name);
     struct lum_parked *parked = open ? NULL : find_parked(t, name);
-    if (open && open->close != LUM_CLOSE_REVOKED && key_opens(open->key, key) &&
+    if (open && !lum_close_is_for_good(open->close) && key_opens(open->key, key) &&
         same_person(&open->person, &s->person)) {
         memcpy(s->key, open->key, sizeof s->key);
         open->superseded = true;

@@ -168,7 +168,7 @@ class People(unittest.TestCase):
                          {ws.said["session"]: (name, ROLES[name], "127.0.0.1")
                           for name, ws in (("ann", ann), ("ed", ed), ("vera", vera))})
         self.assertEqual(ann.call("session.end", {"session": ed.said["session"]}), {})
-        self.assertEqual(ed.wait_close(), 4003)
+        self.assertEqual(ed.wait_close(), 4004)
         self.assertEqual(self.refused(ann, "session.end", {"session": ed.said["session"]}).app, "not_found")
         vera.call("scene.get")
         self.assertEqual(len(ann.call("session.list")["sessions"]), 2)

@@ -8,7 +8,7 @@ class FakeSocket {
     static all: FakeSocket[] = [];
     onopen?: () => void;
     onmessage?: (event: { data: string }) => void;
-    onclose?: (event: { reason: string }) => void;
+    onclose?: (event: { code?: number; reason: string }) => void;
     sent: { id?: number; method: string; params?: object }[] = [];
     closed = false;
     constructor() {
@@ -97,6 +97,18 @@ test('what an old socket still says is not heard', async () => {
     socket.onclose?.({ reason: 'late' });
     socket.onmessage?.({ data: 'not even JSON' });
     assert.deepEqual(log, ['connecting', 'online', 'connecting']);
+    timers.reset();
+});
+
+test('who was sent away by an administrator comes back when asked to, in a session of its own', async () => {
+    const { log, socket, link, timers } = await online();
+    socket.onclose?.({ code: 4004, reason: 'an administrator ended the session' });
+    assert.deepEqual(log, ['connecting', 'online', 'ended']);
+    timers.tick(60000);
+    assert.equal(log.length, 3);
+    link.connect();
+    FakeSocket.all[1]!.onopen?.();
+    assert.deepEqual(FakeSocket.all[1]!.sent[0]!.params, { client: 'lumend-web' });
     timers.reset();
 });
 

@@ -10,7 +10,9 @@ export type ConnectionState =
     /** Lost; the next try starts at `retryAt` (performance.now() clock). */
     | { at: 'waiting'; retryAt: number; reason: string }
     /** The token was refused: trying again by itself is pointless. */
-    | { at: 'refused'; reason: string };
+    | { at: 'refused'; reason: string }
+    /** By an administrator: who was sent away does not come back by itself. */
+    | { at: 'ended'; reason: string };
 
 export interface ConnectionEvents {
     onState(state: ConnectionState): void;
@@ -44,6 +46,8 @@ export function retryDelay(failures: number, random: number): number {
 
 /** Close code: another connection went on with this session. */
 const GONE_ON_ELSEWHERE = 4009;
+/** Close code: an administrator ended the session. */
+const ENDED = 4004;
 
 export class Connection {
     private socket: WebSocket | null = null;
@@ -93,7 +97,8 @@ export class Connection {
         socket.onclose = (event) => {
             if (this.socket !== socket) return;
             if (event.code === GONE_ON_ELSEWHERE) this.session = this.key = ''; /* or both would send each other away for ever */
-            this.lost(event.reason);
+            if (event.code === ENDED) this.ended(event.reason);
+            else this.lost(event.reason);
         };
         this.silence = 0;
         this.beatTimer = setInterval(() => this.beat(), BEAT_MS) as unknown as number;
@@ -156,6 +161,12 @@ export class Connection {
         const delay = retryDelay(this.failures++, Math.random());
         this.events.onState({ at: 'waiting', retryAt: performance.now() + delay, reason: why });
         this.retryTimer = setTimeout(() => this.connect(), delay) as unknown as number;
+    }
+
+    private ended(reason: string): void {
+        this.drop();
+        this.session = this.key = '';
+        this.events.onState({ at: 'ended', reason });
     }
 
     private drop(): void {

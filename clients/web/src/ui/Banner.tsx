@@ -10,6 +10,7 @@ export function Banner() {
     const state = useApp().connection.value;
     if (state.at === 'online') return <EmptyPicture />;
     if (state.at === 'refused') return <TokenForm reason={state.reason} />;
+    if (state.at === 'ended') return <Ended reason={state.reason} />;
     if (state.at === 'connecting') return <div class="banner">Connecting…</div>;
     return <Waiting retryAt={state.retryAt} reason={state.reason} />;
 }
@@ -89,6 +90,20 @@ function Waiting({ retryAt, reason }: { retryAt: number; reason: string }) {
             </span>
             <button type="button" class="button" onClick={() => app.retryNow()}>
                 Now
+            </button>
+        </div>
+    );
+}
+
+function Ended({ reason }: { reason: string }) {
+    const app = useApp();
+    return (
+        <div class="banner banner-lost" role="status">
+            <span>
+                <b>Not connected:</b> {reason}.
+            </span>
+            <button type="button" class="button" onClick={() => app.retryNow()}>
+                Come back
             </button>
         </div>
     );
