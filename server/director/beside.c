@@ -6,6 +6,7 @@
 
 #define SLICE_NS 8e6 /* an edit that comes into a rest waits no longer for its frame */
 #define SHARE_AWAITED 0.25
+#define SHARE_AWAITED_AT_REST 1.0 /* turn by turn: the picture shows the scene as it is, and only grows better */
 #define SHARE_REFINES 0.1
 /* Of the share, at most: before the first picture of a change, and what a pass of many seconds leaves behind. */
 #define SAVED_STALE_NS 6e7
@@ -33,7 +34,8 @@ static enum lum_need needs(struct lum_director *d, bool busy, enum lum_need ret_
 static void count_time(struct lum_beside *b, enum lum_need need, bool stale)
 {
     int64_t now = lum_clock_ns();
-    double share = need == LUM_NEED_AWAITED ? SHARE_AWAITED : SHARE_REFINES;
+    double awaited = stale ? SHARE_AWAITED : SHARE_AWAITED_AT_REST;
+    double share = need == LUM_NEED_AWAITED ? awaited : SHARE_REFINES;
     if (need == LUM_NEED_NOTHING)
         b->saved_ns = SLICE_NS; /* what is asked for next begins at once */
     else

@@ -121,7 +121,7 @@ test('a work plane tells mean and uniformity of the floor, follows a lamp that i
     const lines = readFileSync(await file.path(), 'utf8').trim().split('\n');
     assert.equal(lines[0], 'sensor,quantity,x_m,y_m,z_m,value,stderr');
     assert.match(lines[1], /^work-plane,plane,(-?[\d.e-]+,){4}[\d.e-]+$/);
-    const [pageFile] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'Report' }).press('Enter')]);
+    const [pageFile] = await Promise.all([page.waitForEvent('download', { timeout: 600000 }), page.getByRole('button', { name: 'Report' }).press('Enter')]);
     const html = readFileSync(await pageFile.path(), 'utf8');
     assert.match(html, /<td>work-plane<td>horizontal<td class="n">\d/);
     assert.equal(html.match(/data:image\/png/g).length, 2);

@@ -9,7 +9,7 @@ import type { JsonObject } from '../protocol/rpc';
 import type { SceneRecord } from '../protocol/types';
 import { aimed, aimedAt, aimOf, anglesOf, directionOf, edgesTowards, isAimed, KIND_NAMES, newLamp } from './lamp_make';
 import { markedOf } from './lamps';
-import { intensityOf, matches } from './lights';
+import { intensityOf, kelvinOfAll, matches } from './lights';
 import { inSight, layoutOf, linesOf } from './listing';
 import { LuxMeter } from './luxmeter';
 import { SceneMirror, withField } from './scene';
@@ -87,6 +87,13 @@ test('lamps are found by parts of name, group and kind', () => {
 });
 
 /** Lamps 0..n-1, every third in group "g". */
+test('the temperature of all lamps is that of their light together: what is off or coloured has no part', () => {
+    const lamp = (fields: JsonObject): SceneRecord => record({ kind: 'point', ...fields });
+    assert.equal(kelvinOfAll([lamp({ flux_lm: 100, cct_k: 2000 }), lamp({ flux_lm: 300, cct_k: 6000 })]), 4000);
+    assert.equal(kelvinOfAll([lamp({ flux_lm: 100, cct_k: 2700 }), lamp({ flux_lm: 900, cct_k: 6000, on: false }), lamp({ flux_lm: 9, color: [1, 0, 0] })]), 2700);
+    assert.equal(kelvinOfAll([lamp({ flux_lm: 9, color: [1, 0, 0] })]), null);
+});
+
 function listing(n: number, filter = '', open = true): ReturnType<typeof linesOf> {
     const records = Array.from({ length: n }, (_, i) => record({ id: `lamp-${i}`, kind: 'point', flux_lm: 1, group: i % 3 ? null : 'g' }));
     const find = (id: string): SceneRecord => records.find((r) => r.id === id)!;

@@ -92,6 +92,19 @@ export function colourOf(light: SceneRecord): { kelvin: number | null; linear: V
     return { kelvin: null, linear: vec3Or(light.color ?? emitsOf(light)?.color, [1, 1, 1]) };
 }
 
+/** The temperature of the light of all lamps that are on and have one: reciprocal kelvins, by lumens. Null: none has. */
+export function kelvinOfAll(lights: readonly SceneRecord[]): number | null {
+    let lumens = 0, reciprocal = 0;
+    for (const light of lights) {
+        const { kelvin } = colourOf(light);
+        const flux = isOn(light) ? (fluxOf(light) ?? 0) : 0;
+        if (kelvin === null || flux <= 0) continue;
+        lumens += flux;
+        reciprocal += flux / kelvin;
+    }
+    return lumens > 0 ? Math.round(lumens / reciprocal) : null;
+}
+
 /** The light of an object that shines, as the server tells it: without it the record is no lamp, or a light. */
 export function emitsOf(record: SceneRecord): JsonObject | null {
     return record.type === 'object' && isObject(record.emits) ? record.emits : null;

@@ -1,6 +1,7 @@
 import { fixed, number } from '../lib/format';
 import { kelvinScale, linearScale } from '../lib/scale';
 import { stringOr } from '../protocol/types';
+import { kelvinOfAll } from '../state/lights';
 import { OVERLAYS, RESOLUTIONS, STREAMS, type OverlayName, type Resolution, type Stream } from '../state/view';
 import { Choice } from './Choice';
 import { useApp } from './context';
@@ -8,8 +9,9 @@ import { Slider } from './Slider';
 
 /** EV100: higher is darker, so the slider runs the other way and its right end is bright, as people expect. */
 const EXPOSURE = linearScale(18, -4, 10);
-const BALANCE = kelvinScale(1800, 12000);
-/** What a picture without balance takes for white, and what most lamps need. */
+const [LEAST_K, MOST_K] = [1800, 12000];
+const BALANCE = kelvinScale(LEAST_K, MOST_K);
+/** What a picture without balance takes for white, and what most lamps need where none says what its light is. */
 const DAYLIGHT_K = 6504;
 const LAMP_K = 3000;
 const TONE_MAPS: [string, string][] = [
@@ -107,6 +109,8 @@ function Exposure() {
 function WhiteBalance() {
     const app = useApp();
     const kelvin = app.view.settings.value.whiteBalance;
+    const known = kelvinOfAll(app.scene.lamps.value.map((id) => app.scene.record(id)!));
+    const ofLamps = known === null ? null : Math.min(MOST_K, Math.max(LEAST_K, known));
     const set = (whiteBalance: number | null): void => app.view.change({ whiteBalance });
     return (
         <div class="exposure">
@@ -115,12 +119,24 @@ function WhiteBalance() {
                 <output class={kelvin === null ? 'is-idle' : ''}>
                     {number(kelvin ?? DAYLIGHT_K)} <small>K</small>
                 </output>
+                {ofLamps !== null && (
+                    <button
+                        type="button"
+                        class="toggle is-quiet"
+                        aria-label="White balance of the lamps"
+                        title="As eyes adapt to the room: the mean light of its lamps is white"
+                        aria-pressed={kelvin === ofLamps}
+                        onClick={() => set(ofLamps)}
+                    >
+                        Lamps
+                    </button>
+                )}
                 <button
                     type="button"
                     class="toggle is-quiet"
                     aria-label="White balance off"
                     aria-pressed={kelvin === null}
-                    onClick={() => set(kelvin === null ? LAMP_K : null)}
+                    onClick={() => set(kelvin === null ? (ofLamps ?? LAMP_K) : null)}
                 >
                     Off
                 </button>
