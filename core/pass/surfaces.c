@@ -44,10 +44,31 @@ static void step_back(struct lum_surfaces *s)
     s->history_n = normal;
 }
 
+/* Which objects shine, as a hash (FNV-1a by words). */
+static uint64_t find_shining(const struct lum_snapshot *s)
+{
+    uint64_t hash = 0xcbf29ce484222325u;
+    for (uint32_t i = 0; i < s->n_instances; i++)
+        if (s->instances[i].light != LUM_NO_OBJECT)
+            hash = (hash ^ i) * 0x100000001b3u;
+    return hash;
+}
+
+/* Of a lamp that moves surfaces know its body, which is geometry, and which objects are lamps. */
+static uint32_t renew(struct lum_surfaces *s, const struct lum_pass *pass)
+{
+    uint32_t edits = lum_basis_renew(&s->basis, pass);
+    uint64_t shining = find_shining(pass->snapshot);
+    if (shining == s->shining)
+        edits &= ~LUM_EDIT_BIT(LUM_EDIT_LIGHT_SHAPE);
+    s->shining = shining;
+    return edits;
+}
+
 enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pass *pass, struct lum_error *err)
 {
     uint64_t stamp = pass->gbuffer->stamp;
-    uint32_t edits = lum_basis_renew(&s->basis, pass);
+    uint32_t edits = renew(s, pass);
     if (s->stamp == stamp && !lum_is_stale(edits, LUM_PRODUCT_SURFACES))
         return LUM_OK;
     if (!reserve(s, pass)) {

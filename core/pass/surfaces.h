@@ -28,6 +28,7 @@ struct lum_surfaces {
     struct lum_memo made;                   /* by tile */
     uint64_t stamp;                         /* of the G-buffer that they show */
     struct lum_basis basis;
+    uint64_t shining; /* which objects are lamps: a hash */
     uint64_t version; /* changes with what they show */
 };
 

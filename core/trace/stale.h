@@ -6,8 +6,9 @@
  * Exposure, tone map and false colour are no edits: the core makes radiance (or illuminance, a setting), and knows
  * nothing of them.
  *
- * Finer than the table, each within its product: of lights' own layers only those of lights that moved (layers.c); of
- * VPLs the mask of those that did (vpl.h); of records what their kind finds that motion met (core/cache/kind.h). */
+ * Finer than the table, each within its product: of surfaces none by lights that move, unless objects begin or end to
+ * shine (surfaces.c); of lights' own layers only those of lights that moved (layers.c); of VPLs the mask of those that
+ * did (vpl.h); of records what their kind finds that motion met (core/cache/kind.h). */
 #ifndef LUM_CORE_TRACE_STALE_H
 #define LUM_CORE_TRACE_STALE_H
 
