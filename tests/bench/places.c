@@ -131,3 +131,43 @@ bool lum_bench_place_camera(const struct lum_bench_place *place, struct lum_worl
     *ret_camera = lum_apply_camera(&wanted.found->camera);
     return true;
 }
+
+/* ---- a study's way through all places ---- */
+
+bool lum_bench_stand_open(struct lum_bench_stand *stand, const uint32_t whole[2], const uint32_t quick[2])
+{
+    struct lum_error err = {0};
+    if (!lum_bench_world(stand->place->source, 0, &stand->world))
+        return false;
+    stand->settings = lum_view_settings_default();
+    if (lum_apply_settings(lum_world_render(&stand->world), &stand->settings, &err) != LUM_OK)
+        return lum_bench_failed(err.text);
+    lum_bench_size(stand->options, whole, quick, &stand->settings);
+    stand->picture = lum_calloc(3 * (size_t)stand->settings.w * stand->settings.h, sizeof *stand->picture);
+    return stand->picture ? lum_bench_place_camera(stand->place, &stand->world, &stand->settings.camera)
+                          : lum_bench_failed("out of memory");
+}
+
+void lum_bench_stand_close(struct lum_bench_stand *stand)
+{
+    lum_free(stand->picture);
+    lum_world_finish(&stand->world);
+}
+
+bool lum_bench_tour(const struct lum_bench_options *options, const char *methods,
+                    bool (*visit)(void *user, const struct lum_bench_stand *stand), void *user)
+{
+    struct lum_bench_stand stand = {.options = options};
+    struct lum_bench_places *places = lum_calloc(1, sizeof *places);
+    if (!places)
+        return lum_bench_failed("out of memory");
+    bool ok = lum_bench_find_methods(options->methods ? options->methods : methods, stand.methods, &stand.n_methods);
+    if (ok)
+        lum_bench_list_places(options, places);
+    for (size_t i = 0; i < places->n && ok; i++) {
+        stand.place = &places->items[i];
+        ok = visit(user, &stand);
+    }
+    lum_free(places);
+    return ok;
+}
