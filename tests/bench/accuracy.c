@@ -10,7 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-
 #define METHODS "whitted,igi,ais,ic,tic,irrcache,live,path"
 
 enum {
@@ -214,8 +213,9 @@ static bool open_rig(struct rig *rig)
     return true;
 }
 
-static void close_rig(struct rig *rig)
+static void close_rig(void *of)
 {
+    struct rig *rig = of;
     close_ways(rig);
     lum_bench_reference_finish(&rig->reference);
     lum_bench_stand_close(&rig->at);
@@ -246,8 +246,10 @@ static bool show_pictures(struct rig *rig)
     return ok;
 }
 
-static bool measure_scene(struct rig *rig)
+static bool measure_scene(void *of, void *report)
 {
+    struct rig *rig = of;
+    rig->report = report;
     uint32_t n_seeds = rig->at.options->quick                    ? 2
                        : rig->at.options->seeds < ACCURACY_SEEDS ? rig->at.options->seeds
                                                                  : ACCURACY_SEEDS;
@@ -271,22 +273,10 @@ static bool measure_scene(struct rig *rig)
     return ok && show_pictures(rig) && accuracy_report_scene(rig->report, &rig->scene);
 }
 
-static bool visit(void *report, const struct lum_bench_stand *at)
-{
-    struct rig *rig = lum_calloc(1, sizeof *rig);
-    if (!rig)
-        return lum_bench_failed("out of memory");
-    rig->at = *at;
-    rig->report = report;
-    bool ok = measure_scene(rig);
-    close_rig(rig);
-    lum_free(rig);
-    return ok;
-}
-
 int lum_bench_accuracy(const struct lum_bench_options *options)
 {
+    const struct lum_bench_tour tour = {METHODS, sizeof(struct rig), measure_scene, close_rig};
     struct accuracy_report *report = accuracy_report_open(options);
-    bool ok = report && lum_bench_tour(options, METHODS, visit, report);
+    bool ok = report && lum_bench_go(&tour, options, report);
     return accuracy_report_close(report, ok) ? 0 : 1;
 }

@@ -164,8 +164,9 @@ static void tell(struct rig *rig, enum promise p, struct lum_bench_table *table)
                       (double)r->n_in_range, quantile(r->predicted, r->n_predicted, 0.5));
 }
 
-static bool measure_scene(struct rig *rig, struct lum_bench_table *table)
+static bool measure_scene(void *of, void *table)
 {
+    struct rig *rig = of;
     uint32_t n_seeds = rig->at.options->quick ? QUICK_SEEDS : (uint32_t)rig->at.options->seeds;
     lum_bench_progress("budgets: %s", rig->at.place->scene);
     bool ok = open_rig(rig);
@@ -181,28 +182,18 @@ static bool measure_scene(struct rig *rig, struct lum_bench_table *table)
     return ok;
 }
 
-static void close_rig(struct rig *rig)
+static void close_rig(void *of)
 {
+    struct rig *rig = of;
     lum_bench_reference_finish(&rig->reference);
     lum_bench_stand_close(&rig->at);
 }
 
-static bool visit(void *table, const struct lum_bench_stand *at)
-{
-    struct rig *rig = lum_calloc(1, sizeof *rig);
-    if (!rig)
-        return lum_bench_failed("out of memory");
-    rig->at = *at;
-    bool ok = measure_scene(rig, table);
-    close_rig(rig);
-    lum_free(rig);
-    return ok;
-}
-
 int lum_bench_budgets(const struct lum_bench_options *options)
 {
+    const struct lum_bench_tour tour = {METHODS, sizeof(struct rig), measure_scene, close_rig};
     struct lum_bench_table table = LUM_BENCH_TABLE(columns);
-    bool ok = lum_bench_tour(options, METHODS, visit, &table);
+    bool ok = lum_bench_go(&tour, options, &table);
     ok = lum_bench_table_finish(&table, options, "budgets") && ok;
     return ok ? 0 : 1;
 }

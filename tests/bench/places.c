@@ -154,20 +154,25 @@ void lum_bench_stand_close(struct lum_bench_stand *stand)
     lum_world_finish(&stand->world);
 }
 
-bool lum_bench_tour(const struct lum_bench_options *options, const char *methods,
-                    bool (*visit)(void *user, const struct lum_bench_stand *stand), void *user)
+bool lum_bench_go(const struct lum_bench_tour *tour, const struct lum_bench_options *options, void *results)
 {
-    struct lum_bench_stand stand = {.options = options};
+    const struct lum_method *methods[LUM_BENCH_METHODS];
+    size_t n_methods;
     struct lum_bench_places *places = lum_calloc(1, sizeof *places);
-    if (!places)
-        return lum_bench_failed("out of memory");
-    bool ok = lum_bench_find_methods(options->methods ? options->methods : methods, stand.methods, &stand.n_methods);
+    struct lum_bench_stand *rig = lum_calloc(1, tour->rig_bytes);
+    bool ok = places && rig
+                  ? lum_bench_find_methods(options->methods ? options->methods : tour->methods, methods, &n_methods)
+                  : lum_bench_failed("out of memory");
     if (ok)
         lum_bench_list_places(options, places);
-    for (size_t i = 0; i < places->n && ok; i++) {
-        stand.place = &places->items[i];
-        ok = visit(user, &stand);
+    for (size_t i = 0; ok && i < places->n; i++) {
+        memset(rig, 0, tour->rig_bytes);
+        *rig = (struct lum_bench_stand){.options = options, .place = &places->items[i], .n_methods = n_methods};
+        memcpy(rig->methods, methods, sizeof methods);
+        ok = tour->measure(rig, results);
+        tour->close(rig);
     }
+    lum_free(rig);
     lum_free(places);
     return ok;
 }

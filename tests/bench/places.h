@@ -38,10 +38,16 @@ struct lum_bench_stand {
 bool lum_bench_stand_open(struct lum_bench_stand *stand, const uint32_t whole[2], const uint32_t quick[2]);
 void lum_bench_stand_close(struct lum_bench_stand *stand);
 
-/* Visits one place after the other, by --methods or those that are given, until a visit fails. False then, or after a
- * message on stderr. */
-bool lum_bench_tour(const struct lum_bench_options *options, const char *methods,
-                    bool (*visit)(void *user, const struct lum_bench_stand *stand), void *user);
+/* A study of one place after the other. Its rig, of so many bytes, begins with a struct lum_bench_stand; each place has
+ * a new one, which is 0 but for that. */
+struct lum_bench_tour {
+    const char *methods; /* without --methods */
+    size_t rig_bytes;
+    bool (*measure)(void *rig, void *results);
+    void (*close)(void *rig); /* also of one that could not be measured */
+};
+/* Until a place fails: false then, or after a message on stderr. */
+bool lum_bench_go(const struct lum_bench_tour *tour, const struct lum_bench_options *options, void *results);
 
 /* list: names, with commas between. False after a message on stderr. */
 bool lum_bench_find_methods(const char *list, const struct lum_method *ret_methods[LUM_BENCH_METHODS], size_t *ret_n);

@@ -207,32 +207,30 @@ static bool make_reference(struct rig *rig)
     return lum_bench_reference_make(&rig->reference, &truth);
 }
 
-static void close_rig(struct rig *rig)
+static void close_rig(void *of)
 {
+    struct rig *rig = of;
     lum_bench_reference_finish(&rig->reference);
     lum_bench_stand_close(&rig->at);
 }
 
-static bool visit(void *table, const struct lum_bench_stand *at)
+static bool measure_scene(void *of, void *table)
 {
-    struct rig *rig = lum_calloc(1, sizeof *rig);
-    if (!rig)
-        return lum_bench_failed("out of memory");
-    rig->at = *at;
-    lum_bench_progress("settings: %s: reference", at->place->scene);
+    struct rig *rig = of;
+    lum_bench_progress("settings: %s: reference", rig->at.place->scene);
     bool ok =
         lum_bench_stand_open(&rig->at, (const uint32_t[]){600, 400}, (const uint32_t[]){96, 64}) && make_reference(rig);
-    for (size_t m = 0; m < at->n_methods && ok; m++)
-        ok = measure_method(rig, at->methods[m], table);
-    close_rig(rig);
-    lum_free(rig);
+    for (size_t m = 0; m < rig->at.n_methods && ok; m++)
+        ok = measure_method(rig, rig->at.methods[m], table);
     return ok;
 }
 
 int lum_bench_settings(const struct lum_bench_options *options)
 {
+    const struct lum_bench_tour tour = {options->quick ? QUICK_METHODS : METHODS, sizeof(struct rig), measure_scene,
+                                        close_rig};
     struct lum_bench_table table = LUM_BENCH_TABLE(columns);
-    bool ok = lum_bench_tour(options, options->quick ? QUICK_METHODS : METHODS, visit, &table);
+    bool ok = lum_bench_go(&tour, options, &table);
     ok = lum_bench_table_finish(&table, options, "settings") && ok;
     return ok ? 0 : 1;
 }

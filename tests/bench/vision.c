@@ -168,8 +168,9 @@ static bool make_references(struct rig *rig)
     return true;
 }
 
-static bool measure_scene(struct rig *rig, struct lum_bench_table *table)
+static bool measure_scene(void *of, void *table)
 {
+    struct rig *rig = of;
     lum_bench_progress("vision: %s: references", rig->at.place->scene);
     if (!open_rig(rig)) {
         printf("skipped: %s\n", rig->at.place->scene);
@@ -185,8 +186,9 @@ static bool measure_scene(struct rig *rig, struct lum_bench_table *table)
     return look_at_tic_beside_igi(rig, table);
 }
 
-static void close_rig(struct rig *rig)
+static void close_rig(void *of)
 {
+    struct rig *rig = of;
     for (int k = 0; k < REFERENCES; k++)
         lum_bench_reference_finish(&rig->reference[k]);
     lum_free(rig->igi);
@@ -194,23 +196,12 @@ static void close_rig(struct rig *rig)
     lum_bench_stand_close(&rig->at);
 }
 
-static bool visit(void *table, const struct lum_bench_stand *at)
-{
-    struct rig *rig = lum_calloc(1, sizeof *rig);
-    if (!rig)
-        return lum_bench_failed("out of memory");
-    rig->at = *at;
-    bool ok = measure_scene(rig, table);
-    close_rig(rig);
-    lum_free(rig);
-    return ok;
-}
-
 int lum_bench_vision(const struct lum_bench_options *options)
 {
+    const struct lum_bench_tour tour = {METHODS, sizeof(struct rig), measure_scene, close_rig};
     struct lum_bench_table table = LUM_BENCH_TABLE(columns);
     lum_thread_init_fp();
-    bool ok = lum_bench_tour(options, METHODS, visit, &table);
+    bool ok = lum_bench_go(&tour, options, &table);
     printf("HDR-VDP: %% of pixels whose error is seen with at least this probability; HDR-FLIP: mean, 0 to 1\n");
     ok = lum_bench_table_finish(&table, options, "vision") && ok;
     return ok ? 0 : 1;
