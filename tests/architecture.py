@@ -142,6 +142,23 @@ def check_cycles(names):
         visit(name)
 
 
+def check_sizes(names):
+    """What a reader takes in at once: files, headers, and rooms of one effect."""
+    rooms = {}
+    for name in names:
+        if name.startswith("tests/"):
+            continue
+        with open(os.path.join(source, name), encoding="utf-8") as f:
+            n = len(f.readlines())
+        most = 149 if name.endswith(".h") else 600
+        if n > most:
+            failures.append(f"{name}: {n} lines, and it may have {most}")
+        if name.startswith("core/effect/"):
+            room = os.path.dirname(name)
+            rooms[room] = rooms.get(room, 0) + n
+    failures.extend(f"{room}: {n} lines, and a room of one effect may have 1999" for room, n in rooms.items() if n > 1999)
+
+
 def check_paths():
     """The files of ours that comments name are there, by path or, of C, by name alone."""
     ours = r"(?<![\w/.-])((?:core|server|protocol|clients|tests|docker)/[\w/.-]*\.(?:c|h|py|md|jsonl|cmake))\b"
@@ -161,8 +178,12 @@ def check_paths():
                         failures.append(f"{name}: there is no {path}")
 
 
+# what our comments cited when their sources were pages that are not here
+NOT_HERE = r"\bDESIGN\b|\balgorithms (?:[A-Z](?:\.\d)?|\d)\b"
+
+
 def check_notes(names):
-    """What comments cite of core/NOTES.md is there."""
+    """What comments cite of core/NOTES.md is there, and no page is cited that is not."""
     with open(os.path.join(source, "core/NOTES.md"), encoding="utf-8") as f:
         text = f.read()
     for name, tests in re.findall(r"`(tests/[a-z0-9_/]+_test\.c)`: ([a-z0-9_, ]+)", text):
@@ -172,7 +193,9 @@ def check_notes(names):
     notes = set(re.findall(r"^(?:- \*\*|\| )([RH]\d+)\b", text, re.M))
     for name in names:
         with open(os.path.join(source, name), encoding="utf-8") as f:
-            cited = re.findall(r"NOTES ([RH]\d+(?:, [RH]\d+)*)|\[(H\d+)\]", f.read())
+            text = f.read()
+        failures.extend(f"{name}: nothing here is called {other}" for other in re.findall(NOT_HERE, text))
+        cited = re.findall(r"NOTES ([RH]\d+(?:, [RH]\d+)*)|\[(H\d+)\]", text)
         for note in sum((re.findall(r"[RH]\d+", " ".join(c)) for c in cited), []):
             if note not in notes:
                 failures.append(f"{name}: core/NOTES.md has no {note}")
@@ -256,6 +279,7 @@ if not names:
 for n in names:
     check_includes(n)
 check_cycles(names)
+check_sizes(names)
 check_paths()
 check_notes(names)
 check_pages()

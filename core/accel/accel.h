@@ -3,7 +3,7 @@
  * Two levels. A struct lum_accel_mesh holds one mesh's triangles in its own Embree scene; a struct lum_accel_top holds
  * instances of meshes plus emitter shapes, and is built anew for every snapshot whose geometry changed (0.05 ms an
  * instance). Nothing is modified while it can be traced: a committed object is immutable, except a mesh whose only
- * owner refits it. All Embree scenes are ROBUST (algorithms 0). */
+ * owner refits it. All Embree scenes are ROBUST: no ray leaks through an edge (NOTES H9). */
 #ifndef LUM_CORE_ACCEL_ACCEL_H
 #define LUM_CORE_ACCEL_ACCEL_H
 

@@ -1,5 +1,5 @@
 /* One mesh: a scene with a single triangle geometry. Rigid meshes get the MEDIUM builder; deforming ones a BVH that is
- * refitted bottom-up when the positions change, which costs a hundredth of a rebuild (algorithms 0). */
+ * refitted bottom-up when the positions change, which costs a hundredth of a rebuild. */
 #include "core/accel/embree.h"
 
 #include <string.h>

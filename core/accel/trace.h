@@ -48,7 +48,7 @@ struct lum_trace {
     const struct lum_accel_alpha *alpha; /* NULL: no alpha-mapped material in the scene */
     const struct lum_accel_panes *panes; /* of lum_trace_light; NULL: there are none, or nothing gets through them */
     bool camera;                         /* a ray from the eye: passes hidden shapes */
-    /* Closest hits of primary rays: neighbours together. Elsewhere the flag hurts (algorithms 0), and any-hit queries
+    /* Closest hits of primary rays: neighbours together. Elsewhere the flag hurts, and any-hit queries
      * ignore it: Embree 3.13.5 as Debian builds it never returns from rtcOccluded16 with it on well-formed packets,
      * when there are instances and AVX-512. */
     bool coherent;

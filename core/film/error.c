@@ -8,20 +8,20 @@
  * So the sum of D over the picture is what its squared error is expected to be, and off by the sum of a b: of mean 0,
  * however the pixels' noise is distributed. A firefly is in D and in the error alike.
  *
- * Pixels near each other may be noisy together, so that sums over squares of pixels are looked at: X of a b, Y of D,
+ * Pixels near each other may be noisy together, so that sums over blocks of pixels are looked at: X of a b, Y of D,
  * P of a^2, Q of b^2. Y = (P + Q - 2 X) / 4, and products like P X have mean 0. With |X| <= (P + Q) / 2 (Cauchy)
  *
  *   E[Y^2] = (E[(P + Q)^2] + 4 E[X^2]) / 16 >= E[X^2] / 2,
  *
- * whatever the noise and however alike the pixels of a square are. Squares are independent of each other: the variance
+ * whatever the noise and however alike the pixels of a block are. Blocks are independent of each other: the variance
  * of the sum of all X is at most twice the sum of E[Y^2], of which the Y themselves are an estimate. So the squared
- * error is sum Y with a deviation of sqrt(2 sum Y^2) at most. With few squares the deviation is as uncertain as the
+ * error is sum Y with a deviation of sqrt(2 sum Y^2) at most. With few blocks the deviation is as uncertain as the
  * sum, and small where that is small: the ratio of both is taken for the deviation of a logarithm, so that the bound is
  * a factor.
  *
  * Halves of unlike size, as of an odd number of samples, are weighed so that D has the right mean: the variance of
  * A - B is s^2 (na + nb) / (na nb) for samples of variance s^2, that of the picture s^2 / (na + nb). */
-#define SIDE 8u /* of a square */
+#define SIDE 8u /* of a block */
 
 /* Rec.709 luminance of three sums, in double. */
 static double luminance_of(const double *sum)
@@ -45,8 +45,8 @@ static bool look_at(const struct lum_film *f, uint32_t x, uint32_t y, struct sum
     return true;
 }
 
-/* Of the square whose first pixel is (x0, y0). False: a pixel has no sample in one half. */
-static bool sum_square(const struct lum_film *f, uint32_t x0, uint32_t y0, struct sums *ret_sums)
+/* Of the block whose first pixel is (x0, y0). False: a pixel has no sample in one half. */
+static bool sum_block(const struct lum_film *f, uint32_t x0, uint32_t y0, struct sums *ret_sums)
 {
     struct sums sums = {0}, pixel;
     for (uint32_t y = y0; y < f->h && y < y0 + SIDE; y++)
@@ -66,7 +66,7 @@ struct lum_film_error lum_film_error(const struct lum_film *film)
     for (uint32_t y = 0; y < film->h; y += SIDE)
         for (uint32_t x = 0; x < film->w; x += SIDE) {
             struct sums s;
-            if (!sum_square(film, x, y, &s))
+            if (!sum_block(film, x, y, &s))
                 return LUM_FILM_ERROR_UNKNOWN;
             square += s.square;
             square2 += s.square * s.square;

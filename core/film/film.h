@@ -57,7 +57,7 @@ struct lum_film_error {
 #define LUM_SURE 1.645 /* deviations: less than so much above its mean is a normal variable in 95 % of all cases */
 
 /* Of the mean of both halves; unknown until each pixel has a sample in both. Asks only that the halves are independent
- * of each other, and squares of 8 x 8 pixels: the noise in them may be of any kind, alike in near pixels, and rare.
+ * of each other, and blocks of 8 x 8 pixels: the noise in them may be of any kind, alike in near pixels, and rare.
  * Light that no sample has found yet is not in it. */
 struct lum_film_error lum_film_error(const struct lum_film *film);
 

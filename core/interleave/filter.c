@@ -183,70 +183,70 @@ void lum_filter_box(const struct lum_filter *f, const struct lum_filter_rect *r,
 /* ---- upsampling ---- */
 
 /* The samples around a pixel that it takes from, and how much of each. */
-struct sites {
+struct taps {
     uint32_t n, x[4], y[4];
     float weight[4];
 };
 
-/* How much the surface at a site is like that at a pixel. */
-static float likeness(const struct lum_filter *f, size_t at, size_t site)
+/* How much the surface at a tap is like that at a pixel. */
+static float likeness(const struct lum_filter *f, size_t at, size_t tap)
 {
     const struct lum_guide *g = f->guide;
-    if (site == at)
+    if (tap == at)
         return 1.0f;
-    if (!takes_part(f, site))
+    if (!takes_part(f, tap))
         return 0.0f;
     if (!f->lenient)
-        return lum_guide_same_surface(g, at, site) ? 1.0f : 0.0f;
-    float cosine = lum_dot(g->n[at], g->n[site]);
-    float off = lum_dot(lum_v3_add(g->n[at], g->n[site]), lum_v3_sub(g->p[site], g->p[at])) /
-                (lum_guide_limit(g, at) + lum_guide_limit(g, site));
-    float same = lum_guide_same_surface(g, at, site) ? 1.0f : LUM_LENIENT_SHARE / (1.0f + off * off);
+        return lum_guide_same_surface(g, at, tap) ? 1.0f : 0.0f;
+    float cosine = lum_dot(g->n[at], g->n[tap]);
+    float off = lum_dot(lum_v3_add(g->n[at], g->n[tap]), lum_v3_sub(g->p[tap], g->p[at])) /
+                (lum_guide_limit(g, at) + lum_guide_limit(g, tap));
+    float same = lum_guide_same_surface(g, at, tap) ? 1.0f : LUM_LENIENT_SHARE / (1.0f + off * off);
     return same * lum_max(cosine, 0.0f);
 }
 
 /* The samples around pixel (x, y), along one axis: from `at / step` up to this. */
-static uint32_t last_site(uint32_t at, uint32_t step, uint32_t low_size)
+static uint32_t last_tap(uint32_t at, uint32_t step, uint32_t low_size)
 {
     uint32_t last = (at + step - 1) / step;
     return last < low_size ? last : low_size - 1;
 }
 
 /* Bilinear weight of sample (i, j) for pixel (x, y), times its likeness. */
-static float site_weight(const struct lum_filter *f, uint32_t x, uint32_t y, uint32_t i, uint32_t j)
+static float tap_weight(const struct lum_filter *f, uint32_t x, uint32_t y, uint32_t i, uint32_t j)
 {
     const struct lum_guide *g = f->guide;
     float per_step = 1.0f / (float)f->step;
     float dx = fabsf((float)x * per_step - (float)i), dy = fabsf((float)y * per_step - (float)j);
-    size_t at = (size_t)y * g->w + x, site = (size_t)j * f->step * g->w + (size_t)i * f->step;
-    return (1.0f - dx) * (1.0f - dy) * likeness(f, at, site);
+    size_t at = (size_t)y * g->w + x, tap = (size_t)j * f->step * g->w + (size_t)i * f->step;
+    return (1.0f - dx) * (1.0f - dy) * likeness(f, at, tap);
 }
 
-static struct sites find_sites(const struct lum_filter *f, uint32_t x, uint32_t y)
+static struct taps find_taps(const struct lum_filter *f, uint32_t x, uint32_t y)
 {
-    uint32_t right = last_site(x, f->step, lum_filter_size(f->guide->w, f->step));
-    uint32_t below = last_site(y, f->step, lum_filter_size(f->guide->h, f->step));
-    struct sites sites = {.n = 0};
+    uint32_t right = last_tap(x, f->step, lum_filter_size(f->guide->w, f->step));
+    uint32_t below = last_tap(y, f->step, lum_filter_size(f->guide->h, f->step));
+    struct taps taps = {.n = 0};
     for (uint32_t j = y / f->step; j <= below; j++)
         for (uint32_t i = x / f->step; i <= right; i++) {
-            float weight = site_weight(f, x, y, i, j);
+            float weight = tap_weight(f, x, y, i, j);
             if (!(weight > 0.0f))
                 continue;
-            sites.x[sites.n] = i;
-            sites.y[sites.n] = j;
-            sites.weight[sites.n++] = weight;
+            taps.x[taps.n] = i;
+            taps.y[taps.n] = j;
+            taps.weight[taps.n++] = weight;
         }
-    return sites;
+    return taps;
 }
 
 uint8_t lum_upsample_taps(const struct lum_filter *f, uint32_t x, uint32_t y)
 {
-    uint32_t right = last_site(x, f->step, lum_filter_size(f->guide->w, f->step));
-    uint32_t below = last_site(y, f->step, lum_filter_size(f->guide->h, f->step));
+    uint32_t right = last_tap(x, f->step, lum_filter_size(f->guide->w, f->step));
+    uint32_t below = last_tap(y, f->step, lum_filter_size(f->guide->h, f->step));
     uint32_t left = x / f->step, above = y / f->step, taps = 0;
     for (uint32_t j = above; j <= below; j++)
         for (uint32_t i = left; i <= right; i++)
-            taps |= (uint32_t)(site_weight(f, x, y, i, j) > 0.0f) << (2 * (j - above) + i - left);
+            taps |= (uint32_t)(tap_weight(f, x, y, i, j) > 0.0f) << (2 * (j - above) + i - left);
     return (uint8_t)taps;
 }
 
@@ -290,14 +290,14 @@ void lum_filter_upsampled(const struct lum_filter *f, const struct lum_filter_re
         for (uint32_t x = r->x; x < r->x + r->w; x++) {
             if (!takes_part(f, (size_t)y * g->w + x))
                 continue;
-            struct sites sites = find_sites(f, x, y);
-            if (sites.n == 0)
+            struct taps taps = find_taps(f, x, y);
+            if (taps.n == 0)
                 continue;
             struct lum_rgb sum = lum_grey(0.0f);
             float weight = 0.0f;
-            for (uint32_t k = 0; k < sites.n; k++) {
-                sum = lum_rgb_mad(sum, low[(sites.y[k] - l.y) * LOW_MAX + sites.x[k] - l.x], sites.weight[k]);
-                weight += sites.weight[k];
+            for (uint32_t k = 0; k < taps.n; k++) {
+                sum = lum_rgb_mad(sum, low[(taps.y[k] - l.y) * LOW_MAX + taps.x[k] - l.x], taps.weight[k]);
+                weight += taps.weight[k];
             }
             out[(size_t)y * g->w + x] = lum_rgb_scale(sum, 1.0f / weight);
         }

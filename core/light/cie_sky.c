@@ -14,7 +14,7 @@ static const struct {
 } parts[15] = {{0, 0}, {0, 1}, {1, 0}, {1, 1}, {2, 0}, {2, 1}, {2, 2}, {2, 3},
                {3, 1}, {3, 2}, {3, 3}, {4, 3}, {4, 4}, {5, 4}, {5, 5}};
 
-#define TRADITIONAL 16
+#define TRADITIONAL 16 /* overcast sky: its number in the standard */
 
 /* L over per_zenith; cos_z > 0. exp(b / cos_z) is 0 where cos_z is. */
 static float relative(const struct lum_cie_sky *s, float cos_z, float cos_chi)

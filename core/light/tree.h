@@ -26,7 +26,7 @@ struct lum_light_reach {
                         scale^2 */
 };
 
-#define LUM_LIGHT_SIDES 8u
+#define LUM_LIGHT_SIDES 8u /* lanes of a register of AVX2 */
 
 /* What a node consists of, in lanes: that is looked at as one. */
 struct lum_light_node {

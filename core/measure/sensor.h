@@ -20,7 +20,7 @@ struct lum_sensor_desc {
     uint32_t seed;
 };
 
-#define LUM_SENSOR_POINTS_MAX 65536u
+#define LUM_SENSOR_POINTS_MAX 65536u /* 256 x 256 */
 /* For struct lum_meter_goal. */
 #define LUM_SENSOR_DARK 0.1 /* of the mean: darker points are known to the same lux */
 /* Of a point: one that is darker than it needs to be known, or lit by what is hardly ever found, ends here. */

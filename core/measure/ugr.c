@@ -4,7 +4,8 @@
 #include "core/math/sampler.h"
 #include "core/trace/rays.h"
 
-#define INDEX_MAX 16.0
+#define INDEX_MAX 16.0 /* where the tables of the position index end */
+/* Smaller and larger sources are not what UGR was made for (CIE 117). */
 #define SMALL_SR 0.0003
 #define LARGE_SR 0.1
 

@@ -21,7 +21,7 @@
 
 #include "core/base/base.h"
 
-#define LUM_BLOCKS_ACROSS 24u
+#define LUM_BLOCKS_ACROSS 24u /* 25 pixels of a picture of 600 */
 #define LUM_BLOCKS_DARK (1.0 / 512.0)
 
 struct lum_blocks_grid {

@@ -5,7 +5,7 @@
 
 #include "core/base/base.h"
 
-/* In the denominators, so that black pixels do not divide by 0. The usual value (algorithms C). */
+/* In the denominators, so that black pixels do not divide by 0. The usual value. */
 #define LUM_METRIC_EPSILON 0.01
 
 struct lum_metric_input {

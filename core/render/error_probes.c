@@ -29,8 +29,8 @@
 
 #define FIRST_RAYS_PER_PATH 8.0 /* until it is known */
 #define JOB_PAIRS (LUM_RAY_BATCH / 2)
-#define MAX_BATCH 1e6
-#define PROBE_SEED 0x70726f62u
+#define MAX_BATCH 1e6          /* probes: a count that no pass affords */
+#define PROBE_SEED 0x70726f62u /* "prob": not the numbers of the picture's own samples */
 
 struct probe {
     uint32_t x, y;

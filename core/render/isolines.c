@@ -6,10 +6,10 @@
 #include "core/accel/accel.h"
 #include "core/pass/eye.h"
 
-#define AROUND 2       /* pixels to each side that a value is averaged over */
-#define ALIKE 0.95f    /* cosine of normals of one surface, from pixel to pixel */
-#define OFF_PLANE 0.3f /* of the way from pixel to pixel, across the surface: more is a step */
-#define DEVIATIONS_APART 2.0
+#define AROUND 2             /* pixels to each side that a value is averaged over */
+#define ALIKE 0.95f          /* cosine of normals of one surface, from pixel to pixel */
+#define OFF_PLANE 0.3f       /* of the way from pixel to pixel, across the surface: more is a step */
+#define DEVIATIONS_APART 2.0 /* from the next level: 95 % sure that a place is not beyond it */
 
 /* Per pixel. */
 struct job {

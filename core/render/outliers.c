@@ -96,7 +96,7 @@ static struct lum_rgb portion(const struct step *step, size_t i)
     return lum_rgb_scale(lum_residual_albedo(step, i), lit / step->scale);
 }
 
-/* What is shared out goes to the corners of a pixel's square, in the two classes that it is lit by, with these weights;
+/* What is shared out goes to the corners of a pixel's block, in the two classes that it is lit by, with these weights;
  * and what has come there from others is taken with the same: so all of it is. */
 struct place {
     uint32_t lit; /* the first of the classes */
@@ -134,11 +134,11 @@ static void add_shared(struct shared *sum, const struct shared *s, float weight)
     sum->n_alike += weight * s->n_alike;
 }
 
-static void share_out(struct square *square, const struct place *place, const struct shared *pixel)
+static void share_out(struct block *block, const struct place *place, const struct shared *pixel)
 {
     for (uint32_t c = 0; c < 4; c++)
         for (uint32_t k = 0; k < 2; k++)
-            add_shared(&square->corner[c][place->lit + k], pixel, place->by_corner[c] * place->by_class[k]);
+            add_shared(&block->corner[c][place->lit + k], pixel, place->by_corner[c] * place->by_class[k]);
 }
 
 /* Which part of what is beyond the limits one half alone has. What both have the frame lacks there, and nowhere else.
@@ -171,8 +171,8 @@ struct dealing {
     struct lum_rgb left;
 };
 
-/* Sums in a pixel's square what it gives and takes. */
-static void deal(const struct step *step, uint32_t x, uint32_t y, const struct dealing *d, struct square *inout_square)
+/* Sums in a pixel's block what it gives and takes. */
+static void deal(const struct step *step, uint32_t x, uint32_t y, const struct dealing *d, struct block *inout_block)
 {
     size_t i = (size_t)y * step->m->w + x;
     struct sampled s = sampled_at(step, i);
@@ -190,11 +190,11 @@ static void deal(const struct step *step, uint32_t x, uint32_t y, const struct d
         pixel.n_alike = bright ? alike : 0.0f;
         pixel.n_alone = bright && fabsf(s.beyond_apart) >= ALONE_FROM * lum_luminance(s.beyond) ? 1.0f : 0.0f;
     }
-    share_out(inout_square, &place, &pixel);
+    share_out(inout_block, &place, &pixel);
 }
 
-/* Limits the halves of a pixel; sums in its square what is beyond. */
-static void limit_pixel(const struct step *step, uint32_t x, uint32_t y, struct square *inout_square)
+/* Limits the halves of a pixel; sums in its block what is beyond. */
+static void limit_pixel(const struct step *step, uint32_t x, uint32_t y, struct block *inout_block)
 {
     size_t i = (size_t)y * step->m->w + x;
     struct lanes *first = &step->m->first[i];
@@ -203,27 +203,27 @@ static void limit_pixel(const struct step *step, uint32_t x, uint32_t y, struct 
     float middle = signed_square_of(robust[2] * per), range = OUTLIER * square_of(robust[1] * per);
     limit_half(first, A, middle, range);
     limit_half(first, B, middle, range);
-    deal(step, x, y, &(struct dealing){.gives = 1.0f, .takes = 1.0f}, inout_square);
+    deal(step, x, y, &(struct dealing){.gives = 1.0f, .takes = 1.0f}, inout_block);
     if (!lum_outliers_are_at_edge(step, x, y) || !in_both(first))
         return;
     struct sampled s = sampled_at(step, i);
     struct place place = place_of(step, x, y);
     for (uint32_t k = 0; k < 2; k++)
-        add_edge(step, &inout_square->edges[place.lit + k], &s, (double)place.by_class[k]);
+        add_edge(step, &inout_block->edges[place.lit + k], &s, (double)place.by_class[k]);
 }
 
 /* By the levels that a pixel takes: of unfiltered samples outliers stay, and the frame as it is gives its residual. */
-static void deal_pixel(const struct step *step, uint32_t x, uint32_t y, struct square *inout_square)
+static void deal_pixel(const struct step *step, uint32_t x, uint32_t y, struct block *inout_block)
 {
     size_t i = (size_t)y * step->m->w + x;
     const float *weights = step->m->by_level[i].v;
     struct lum_rgb residual = lum_rgb_mul(mean_of(&step->m->first[i]), lum_residual_albedo(step, i));
     struct dealing d = {1.0f - weights[0], taken(weights), lum_rgb_scale(residual, weights[NONE])};
-    deal(step, x, y, &d, inout_square);
+    deal(step, x, y, &d, inout_block);
 }
 
 static void each_pixel(const struct step *step, uint32_t job,
-                       void (*pixel)(const struct step *step, uint32_t x, uint32_t y, struct square *inout_square))
+                       void (*pixel)(const struct step *step, uint32_t x, uint32_t y, struct block *inout_block))
 {
     const struct lum_residual_memory *m = step->m;
     const uint32_t x0 = job % m->grid_w * SPREAD_SIDE, y0 = job / m->grid_w * SPREAD_SIDE;
@@ -236,7 +236,7 @@ void lum_outliers_limit(void *ctx, uint32_t job, struct lum_counters *counters)
 {
     const struct step *step = ctx;
     (void)counters;
-    step->m->blocks[job] = (struct square){0};
+    step->m->blocks[job] = (struct block){0};
     each_pixel(step, job, limit_pixel);
 }
 
@@ -248,13 +248,13 @@ void lum_outliers_deal(void *ctx, uint32_t job, struct lum_counters *counters)
     each_pixel(step, job, deal_pixel);
 }
 
-/* Where in m->rates a corner of square (x, y) has what is of a class. */
+/* Where in m->rates a corner of block (x, y) has what is of a class. */
 static size_t corner_at(const struct lum_residual_memory *m, uint32_t lit, uint32_t x, uint32_t y, uint32_t corner)
 {
     return ((size_t)lit * (m->grid_h + 1) + y + (corner >> 1)) * (m->grid_w + 1) + x + (corner & 1);
 }
 
-/* What comes to the upper left corner of square (x, y), of all squares that meet there. */
+/* What comes to the upper left corner of block (x, y), of all blocks that meet there. */
 static struct shared shared_at(const struct lum_residual_memory *m, uint32_t lit, uint32_t x, uint32_t y)
 {
     struct shared sum = {.n = 0.0f};

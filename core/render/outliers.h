@@ -1,4 +1,4 @@
-/* Outliers of residuals: what samples say beyond the limits is shared out over a square of pixels. Internal to
+/* Outliers of residuals: what samples say beyond the limits is shared out over a block of pixels. Internal to
  * residual.c and outliers.c. */
 #ifndef LUM_CORE_RENDER_OUTLIERS_H
 #define LUM_CORE_RENDER_OUTLIERS_H
@@ -13,7 +13,7 @@ struct lum_counters;
 struct lum_residual_memory;
 struct step;
 
-/* Side of the squares over which outliers are shared out, pixels. */
+/* Side of the blocks over which outliers are shared out, pixels. */
 #define SPREAD_SIDE 48u
 
 /* What the frame is wrong by goes with how much it lights a place: neither residuals nor outliers go to pixels that it
@@ -46,8 +46,8 @@ struct edges {
     double sum, sum_noise; /* of what one half alone has, and the variance of that */
 };
 
-/* What its pixels bring, by class, to the four corners of a square. */
-struct square {
+/* What its pixels bring, by class, to the four corners of a block. */
+struct block {
     struct shared corner[4][CLASSES]; /* bit 0: on the right, bit 1: below */
     struct edges edges[CLASSES];
 };
@@ -66,13 +66,13 @@ struct sampled {
 bool lum_outliers_are_at_edge(const struct step *step, uint32_t x, uint32_t y);
 /* How much the frame lights a pixel: number of the class, and how far it is towards the next. */
 float lum_outliers_class(const struct step *step, size_t pixel);
-/* Limits `first` in a square of the grid by what is smoothed in `from`, and sums what is beyond. A job of a loop: ctx
+/* Limits `first` in a block of the grid by what is smoothed in `from`, and sums what is beyond. A job of a loop: ctx
  * is a step. */
-void lum_outliers_limit(void *ctx, uint32_t square, struct lum_counters *counters);
+void lum_outliers_limit(void *ctx, uint32_t block, struct lum_counters *counters);
 /* Once the levels of all pixels are chosen: sums anew what is beyond, and what the frame as it is leaves out. Likewise
  * a job; lum_outliers_settle after it. */
-void lum_outliers_deal(void *ctx, uint32_t square, struct lum_counters *counters);
-/* Once all squares are summed. */
+void lum_outliers_deal(void *ctx, uint32_t block, struct lum_counters *counters);
+/* Once all blocks are summed. */
 void lum_outliers_settle(struct lum_residual_memory *m);
 /* Afterwards. */
 struct sampled lum_outliers_at(const struct step *step, uint32_t x, uint32_t y);

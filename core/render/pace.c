@@ -7,8 +7,8 @@
 #include <string.h>
 
 static const uint32_t sides[LUM_PACE_SIDES] = {1, 2, 3, 4, 6, 8, 12, 16};
-#define UNKNOWN_SIDE 8u /* of 16 a lamp's halo fills blocks: twice the light of CornellBox-Sphere */
-#define CLEARLY 0.85
+#define UNKNOWN_SIDE 8u   /* of 16 a lamp's halo fills blocks: twice the light of CornellBox-Sphere */
+#define CLEARLY 0.85      /* of the time, for a finer picture than before: near the limit sides would alternate */
 #define WORTH_EASING 0.97 /* of the time is left: what gives less is noise */
 #define FORGOTTEN 30u     /* passes: a drag of a second, in which one may be too dear */
 /* Time falls as side^-this. A rough frame makes nearly all virtual point lights of a whole one, and records as fine as

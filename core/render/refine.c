@@ -113,16 +113,16 @@ static double noise_of(const struct lum_film *truth, const struct lum_residual *
     return lum_film_error(truth).bound * (mean > 0.0 ? lum_film_mean_luminance(truth) / mean : 1.0);
 }
 
-#define SQUARE 8.0 /* side of the squares of pixels that errors are told by (film/error.c) */
+#define BLOCK 8.0 /* side of the blocks of pixels that errors are told by (film/error.c) */
 
 /* The squared error is what is left of squares of the samples, whose noise cancels in the mean. Where it is far above
- * the error few squares decide what is left, and all may have missed what is bright and rare: then the deviation is
- * estimated too low. It is taken to be no less than if that noise were spread evenly, and alike within squares: of
- * noise^2 over the picture, times sqrt(2 / squares) for products of normal variables. (office.glb, 96 x 64, after 32
+ * the error few blocks decide what is left, and all may have missed what is bright and rare: then the deviation is
+ * estimated too low. It is taken to be no less than if that noise were spread evenly, and alike within blocks: of
+ * noise^2 over the picture, times sqrt(2 / blocks) for products of normal variables. (office.glb, 96 x 64, after 32
  * samples, noise 1.3: an error of .25 was said to be below .12.) */
 static void doubt_noise(struct lum_film_error *error, double noise, const struct lum_film *film)
 {
-    double squares = ceil(film->w / SQUARE) * ceil(film->h / SQUARE), deviation = noise * noise * sqrt(2.0 / squares);
+    double blocks = ceil(film->w / BLOCK) * ceil(film->h / BLOCK), deviation = noise * noise * sqrt(2.0 / blocks);
     if (isfinite(deviation))
         error->bound = fmax(error->bound, sqrt(error->rel * error->rel + LUM_SURE * deviation));
 }

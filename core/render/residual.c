@@ -10,7 +10,7 @@
 /* Filter steps over which the errors of levels, and the spread of samples, are averaged: 15 x 15 pixels and more. */
 #define SMOOTH_STEPS 4u
 
-/* Noise counts so many times more than bias of the same square while errors are known from few samples, whose tails are
+/* Noise counts so many times more than bias of the same block while errors are known from few samples, whose tails are
  * long: which level is best is luck then, and grain shows more than what is smoothly wrong. GRAIN_SPP over the number
  * of samples, at most GRAIN; from GRAIN_SPP on a pixel takes the least error that the estimates know of, and is no
  * worse than its samples. (SMAPE of `conference`, 150 x 100, after 1, 4, 8, 32 samples, if noise counts 4 times: .0600,
@@ -510,7 +510,7 @@ static void picture_job(void *ctx, uint32_t job, struct lum_counters *counters)
     m->sums[job] = sums;
 }
 
-/* The errors of a square's pixels are of the same samples, those of squares are not: of their sum these tell the
+/* The errors of a block's pixels are of the same samples, those of blocks are not: of their sum these tell the
  * deviation. */
 static void add_up(struct lum_residual *r, const struct lum_residual_memory *m, double scale)
 {

@@ -48,7 +48,7 @@ struct lum_residual {
     struct lum_film *picture;   /* out */
     /* out: sums over the pixels, of luminance */
     double error, mean; /* squared error, and the picture */
-    double doubt; /* standard deviation of error, an estimate that may be below 0: from its terms, square by square */
+    double doubt; /* standard deviation of error, an estimate that may be below 0: from its terms, block by block */
     uint64_t nonfinite; /* must be 0 */
 };
 

@@ -51,7 +51,7 @@ struct lum_residual_memory {
     double scale;             /* that mean; 0: the picture was not finished */
     struct lanes *by_level;   /* errors of levels 0 to LEVELS, noise weighed; then the weights of these levels */
     struct lanes *blend;      /* residuals: levels by their weights */
-    struct square *blocks;    /* of a grid: outliers */
+    struct block *blocks;     /* of a grid: outliers */
     struct rate *rates;       /* of the grid's corners, class by class */
     struct sums *sums;        /* of the grid */
     float edge_part[CLASSES]; /* of what is beyond the limits at edges, what stays there */

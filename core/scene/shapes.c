@@ -298,7 +298,7 @@ static const struct shape shapes[] = {
     {"wobble", make_wobble, {96, 64}, {3, 1}, {0.35, 1, 0}, {1, 2, 0.65}},
 };
 #define SEGMENTS_MAX 2048u /* 8 million triangles */
-#define SIZE_MAX_M 1e9
+#define SIZE_MAX_M 1e9     /* what is farther out is refused anyway */
 
 const char *const *lum_shape_names(void)
 {

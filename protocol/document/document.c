@@ -57,8 +57,7 @@ uint64_t lum_document_rev(const struct lum_document *doc)
 
 const struct lum_record *lum_document_find(const struct lum_document *doc, const char *id)
 {
-    const struct lum_table_slot *slot = lum_table_find(&doc->table, id);
-    return slot ? slot->record : NULL;
+    return lum_table_find(&doc->table, id);
 }
 
 /* "; there are a, b, ...", in the order of ids. */
@@ -68,8 +67,8 @@ static void list_some(const struct lum_table *t, enum lum_record_type type, char
     size_t at = 0;
     for (size_t n = 0; n < t->n_of_type[type]; n++) {
         const char *next = NULL;
-        for (size_t i = 0; i < t->capacity; i++) {
-            const struct lum_record *r = t->slots[i].record;
+        for (size_t i = 0; i < t->records.capacity; i++) {
+            const struct lum_record *r = lum_table_at(t, i);
             if (r && r->type == type && strcmp(r->id, last) > 0 && (!next || strcmp(r->id, next) < 0))
                 next = r->id;
         }
@@ -85,8 +84,8 @@ void lum_document_nearest(const struct lum_document *doc, enum lum_record_type t
                           size_t size)
 {
     struct lum_nearest near = {.given = id};
-    for (size_t i = 0; i < doc->table.capacity; i++) {
-        const struct lum_record *r = doc->table.slots[i].record;
+    for (size_t i = 0; i < doc->table.records.capacity; i++) {
+        const struct lum_record *r = lum_table_at(&doc->table, i);
         if (r && (r->type == type || type == LUM_RECORD_TYPE_COUNT))
             lum_nearest_offer(&near, r->id);
     }
@@ -97,7 +96,7 @@ void lum_document_nearest(const struct lum_document *doc, enum lum_record_type t
 
 size_t lum_document_count(const struct lum_document *doc, enum lum_record_type type)
 {
-    return type == LUM_RECORD_TYPE_COUNT ? doc->table.n : doc->table.n_of_type[type];
+    return type == LUM_RECORD_TYPE_COUNT ? doc->table.records.n : doc->table.n_of_type[type];
 }
 
 bool lum_document_each(const struct lum_document *doc, void (*fn)(void *user, const struct lum_record *r), void *user)
@@ -105,7 +104,7 @@ bool lum_document_each(const struct lum_document *doc, void (*fn)(void *user, co
     const struct lum_record **records;
     if (!lum_table_sorted(&doc->table, &records))
         return false;
-    for (size_t i = 0; i < doc->table.n; i++)
+    for (size_t i = 0; i < doc->table.records.n; i++)
         fn(user, records[i]);
     free(records);
     return true;
@@ -129,8 +128,8 @@ static bool check_free(const struct lum_txn *t, const char *id)
     lum_id prefix;
     for (size_t i = 0; id[i]; i++) {
         prefix[i] = '\0';
-        const struct lum_table_slot *slot = id[i] == '/' ? lum_table_find(table, prefix) : NULL;
-        if (slot && slot->record->type == LUM_RECORD_IMPORT)
+        const struct lum_record *r = id[i] == '/' ? lum_table_find(table, prefix) : NULL;
+        if (r && r->type == LUM_RECORD_IMPORT)
             return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "conflict", "id",
                                   "\"%s\": ids below \"%s\" belong to that import", id, prefix);
         prefix[i] = id[i];
@@ -147,10 +146,10 @@ static bool move_children(struct lum_txn *t, const struct lum_record *before, co
     bool ok = true;
     for (size_t i = 0; i < after->import.n_made && ok; i++) {
         struct lum_record *local = after->import.made[i];
-        const struct lum_table_slot *slot = lum_table_find(&t->doc->table, local->id);
-        if (!slot || slot->record->type != local->type)
+        struct lum_record *now = lum_table_find(&t->doc->table, local->id);
+        if (!now || now->type != local->type)
             continue;
-        struct lum_record *now = slot->record, *moved = lum_import_reapply_transform(&move, local, now, t->err);
+        struct lum_record *moved = lum_import_reapply_transform(&move, local, now, t->err);
         ok = moved && (moved == now || lum_txn_step(t, now, moved));
         lum_record_unref(moved);
     }
@@ -163,7 +162,7 @@ static bool settle_import(struct lum_txn *t)
     struct lum_record *before = t->moving;
     if (!before)
         return true;
-    const struct lum_record *after = lum_table_find(&t->doc->table, before->id)->record;
+    const struct lum_record *after = lum_table_find(&t->doc->table, before->id);
     t->n_moved += after->import.n_made;
     bool ok = t->n_moved <= LUM_LIMIT_MOVED || t->doc->replays ||
               lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "limit_exceeded", "id",
@@ -207,10 +206,11 @@ static void take_web(struct lum_record *after, const struct lum_op *op)
 
 static bool apply_set(struct lum_txn *t, const struct lum_op *op)
 {
-    const struct lum_table_slot *slot = lum_table_find(&t->doc->table, op->id);
-    if (!slot)
+    struct lum_record *before = lum_table_find(&t->doc->table, op->id);
+    if (!before)
         return fail_unknown(t, op->id);
-    struct lum_record *before = lum_record_ref(slot->record), *after = lum_record_clone(before);
+    lum_record_ref(before);
+    struct lum_record *after = lum_record_clone(before);
     bool ok = after ? lum_record_set(after, op->path, op->value, t->err) : lum_proto_fail_memory(t->err);
     if (ok) {
         take_web(after, op);
@@ -232,8 +232,8 @@ static const struct lum_import_children *children_of(const struct lum_import_chi
 
 static bool any_below(const struct lum_table *table, const char *id)
 {
-    for (size_t i = 0; i < table->capacity; i++)
-        if (table->slots[i].record && is_below(table->slots[i].record->id, id))
+    for (size_t i = 0; i < table->records.capacity; i++)
+        if (lum_table_at(table, i) && is_below(lum_table_at(table, i)->id, id))
             return true;
     return false;
 }
@@ -292,7 +292,7 @@ static bool apply_import(struct lum_txn *t, const struct lum_op *op, const struc
 static bool remove_children(struct lum_txn *t, const char *import_id)
 {
     const struct lum_record **records;
-    size_t n = t->doc->table.n;
+    size_t n = t->doc->table.records.n;
     if (!lum_table_sorted(&t->doc->table, &records))
         return lum_proto_fail_memory(t->err);
     bool ok = true;
@@ -305,10 +305,9 @@ static bool remove_children(struct lum_txn *t, const char *import_id)
 
 static bool apply_remove(struct lum_txn *t, const struct lum_op *op)
 {
-    const struct lum_table_slot *slot = lum_table_find(&t->doc->table, op->id);
-    if (!slot)
+    struct lum_record *r = lum_table_find(&t->doc->table, op->id);
+    if (!r)
         return fail_unknown(t, op->id);
-    struct lum_record *r = slot->record;
     if (r->type == LUM_RECORD_RENDER)
         return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "in_use", "id", "\"render\" always exists");
     if (r->type == LUM_RECORD_IMPORT && !remove_children(t, r->id))
@@ -318,7 +317,7 @@ static bool apply_remove(struct lum_txn *t, const struct lum_op *op)
 
 static const char *home_camera(const struct lum_document *doc)
 {
-    return lum_table_find(&doc->table, "render")->record->render.camera;
+    return lum_table_find(&doc->table, "render")->render.camera;
 }
 
 /* The settings may name a camera that is gone, or one that comes later in the same transaction; what is set to one that
@@ -326,8 +325,8 @@ static const char *home_camera(const struct lum_document *doc)
 static bool check_home_camera(const struct lum_txn *t)
 {
     const char *id = home_camera(t->doc);
-    const struct lum_table_slot *slot = lum_table_find(&t->doc->table, id);
-    if (!id[0] || (slot && slot->record->type == LUM_RECORD_CAMERA))
+    const struct lum_record *camera = lum_table_find(&t->doc->table, id);
+    if (!id[0] || (camera && camera->type == LUM_RECORD_CAMERA))
         return true;
     char near[sizeof t->err->text / 2];
     lum_document_nearest(t->doc, LUM_RECORD_CAMERA, id, near, sizeof near);

@@ -179,9 +179,9 @@ bool lum_document_parts(const struct lum_document *doc, bool expand, struct lum_
         return false;
     struct part_list l = {0};
     bool ok = true;
-    for (size_t i = 0; expand && ok && i < doc->table.n; i++)
+    for (size_t i = 0; expand && ok && i < doc->table.records.n; i++)
         ok = push(&l, (struct lum_document_part){LUM_PART_EXPANDED, records[i], NULL, NULL});
-    ok = ok && (expand || list_replayable(&l, doc, records, doc->table.n));
+    ok = ok && (expand || list_replayable(&l, doc, records, doc->table.records.n));
     free(records);
     if (!ok) {
         free(l.parts);

@@ -6,17 +6,13 @@
 #ifndef LUM_PROTOCOL_DOCUMENT_HELD_H
 #define LUM_PROTOCOL_DOCUMENT_HELD_H
 
+#include "protocol/base/hash.h"
 #include "protocol/document/document.h"
 
-struct lum_held_slot {
-    const struct lum_record *record; /* borrowed; NULL: free */
-    size_t n;
-};
 #define LUM_HELD_STEP_BYTES 256u /* of a step, beside its records */
 
 struct lum_held {
-    struct lum_held_slot *slots;
-    size_t capacity, n; /* capacity: 0 or a power of two, more than n */
+    struct lum_hash records; /* value: how often */
     unsigned long long n_bytes;
 };
 void lum_held_finish(struct lum_held *h);

@@ -68,14 +68,14 @@ bool lum_document_take_state(struct lum_document *doc, struct lum_document_state
 {
     lum_history_settle(doc);
     const struct lum_table *t = &doc->table;
-    struct lum_document_state s = {.rev = doc->rev, .records = calloc(t->n, sizeof(*s.records))};
+    struct lum_document_state s = {.rev = doc->rev, .records = calloc(t->records.n, sizeof(*s.records))};
     if (!s.records || !take_histories(doc, &s)) {
         lum_document_state_finish(&s);
         return false;
     }
-    for (size_t i = 0; i < t->capacity; i++)
-        if (t->slots[i].record)
-            s.records[s.n_records++] = lum_record_ref(t->slots[i].record);
+    for (size_t i = 0; i < t->records.capacity; i++)
+        if (lum_table_at(t, i))
+            s.records[s.n_records++] = lum_record_ref(lum_table_at(t, i));
     *ret_state = s;
     return true;
 }
@@ -111,7 +111,8 @@ static const char *why_not(const struct lum_document *doc, const struct lum_reco
         (r->type == LUM_RECORD_MEDIUM && n[LUM_RECORD_MEDIUM] >= LUM_LIMIT_MEDIA) ||
         (r->type == LUM_RECORD_SENSOR && n[LUM_RECORD_SENSOR] >= LUM_LIMIT_SENSORS) ||
         (r->type == LUM_RECORD_PRESET && n[LUM_RECORD_PRESET] >= LUM_LIMIT_PRESETS) ||
-        (r->type == LUM_RECORD_PATCH && n[LUM_RECORD_PATCH] >= LUM_LIMIT_PATCHES) || doc->table.n >= LUM_LIMIT_RECORDS)
+        (r->type == LUM_RECORD_PATCH && n[LUM_RECORD_PATCH] >= LUM_LIMIT_PATCHES) ||
+        doc->table.records.n >= LUM_LIMIT_RECORDS)
         return "a scene may not have so many";
     if (lum_record_each_ref(r, is_there, &f))
         return NULL;

@@ -48,7 +48,7 @@ static uint64_t hash_id(const uint64_t key[2], const char *id)
     return v[0] ^ v[1] ^ v[2] ^ v[3];
 }
 
-/* ---- slots ---- */
+/* ---- records ---- */
 
 void lum_table_init(struct lum_table *t)
 {
@@ -60,37 +60,15 @@ void lum_table_init(struct lum_table *t)
 
 void lum_table_finish(struct lum_table *t)
 {
-    for (size_t i = 0; i < t->capacity; i++)
-        lum_record_unref(t->slots[i].record);
-    free(t->slots);
+    for (size_t i = 0; i < t->records.capacity; i++)
+        lum_record_unref(lum_table_at(t, i));
+    lum_hash_finish(&t->records);
     memset(t, 0, sizeof *t);
-}
-
-static void place(struct lum_table_slot *slots, size_t capacity, const struct lum_table_slot *slot)
-{
-    size_t i = slot->hash & (capacity - 1);
-    while (slots[i].record)
-        i = (i + 1) & (capacity - 1);
-    slots[i] = *slot;
 }
 
 bool lum_table_reserve(struct lum_table *t, size_t n_more)
 {
-    size_t capacity = t->capacity ? t->capacity : 16;
-    while (capacity < 2 * (t->n + n_more))
-        capacity *= 2;
-    if (capacity == t->capacity)
-        return true;
-    struct lum_table_slot *slots = calloc(capacity, sizeof *slots);
-    if (!slots)
-        return false;
-    for (size_t i = 0; i < t->capacity; i++)
-        if (t->slots[i].record)
-            place(slots, capacity, &t->slots[i]);
-    free(t->slots);
-    t->slots = slots;
-    t->capacity = capacity;
-    return true;
+    return lum_hash_reserve(&t->records, n_more);
 }
 
 uint64_t lum_table_hash(const struct lum_table *t, const char *id)
@@ -98,40 +76,25 @@ uint64_t lum_table_hash(const struct lum_table *t, const char *id)
     return hash_id(t->key, id);
 }
 
-struct lum_table_slot *lum_table_find(const struct lum_table *t, const char *id)
+static bool has_id(const void *record, const void *id)
 {
-    if (t->capacity == 0)
-        return NULL;
-    uint64_t hash = hash_id(t->key, id);
-    for (size_t i = hash & (t->capacity - 1); t->slots[i].record; i = (i + 1) & (t->capacity - 1))
-        if (t->slots[i].hash == hash && strcmp(t->slots[i].record->id, id) == 0)
-            return &t->slots[i];
-    return NULL;
+    return strcmp(((const struct lum_record *)record)->id, id) == 0;
 }
 
-static void insert(struct lum_table *t, struct lum_record *r)
+static struct lum_hash_slot *find(const struct lum_table *t, const char *id)
 {
-    struct lum_table_slot slot = {.record = lum_record_ref(r), .hash = hash_id(t->key, r->id)};
-    place(t->slots, t->capacity, &slot);
-    t->n++;
-    t->n_of_type[r->type]++;
+    return lum_hash_find(&t->records, hash_id(t->key, id), has_id, id);
 }
 
-/* Closes the gap, so that no probe ends early (Knuth vol. 3, 6.4 R). */
-static void erase(struct lum_table *t, struct lum_table_slot *slot)
+struct lum_record *lum_table_find(const struct lum_table *t, const char *id)
 {
-    size_t mask = t->capacity - 1, gap = (size_t)(slot - t->slots);
-    t->n--;
-    t->n_of_type[slot->record->type]--;
-    lum_record_unref(slot->record);
-    for (size_t i = (gap + 1) & mask; t->slots[i].record; i = (i + 1) & mask) {
-        size_t home = t->slots[i].hash & mask;
-        if (((i - home) & mask) >= ((i - gap) & mask)) {
-            t->slots[gap] = t->slots[i];
-            gap = i;
-        }
-    }
-    memset(&t->slots[gap], 0, sizeof t->slots[gap]);
+    const struct lum_hash_slot *slot = find(t, id);
+    return slot ? slot->item : NULL;
+}
+
+bool lum_table_is_used(const struct lum_table *t, const char *id)
+{
+    return find(t, id)->value > 0;
 }
 
 /* ---- references ---- */
@@ -140,7 +103,7 @@ static bool add_user(void *user, enum lum_record_type type, const char *id, cons
 {
     (void)type;
     (void)path;
-    lum_table_find(user, id)->n_users++;
+    find(user, id)->value++;
     return true;
 }
 
@@ -148,7 +111,7 @@ static bool drop_user(void *user, enum lum_record_type type, const char *id, con
 {
     (void)type;
     (void)path;
-    lum_table_find(user, id)->n_users--;
+    find(user, id)->value--;
     return true;
 }
 
@@ -156,18 +119,19 @@ void lum_table_change(struct lum_table *t, const struct lum_record *before, stru
 {
     if (before)
         lum_record_each_ref(before, drop_user, t);
-    if (before && after) {
-        struct lum_table_slot *slot = lum_table_find(t, before->id);
-        lum_record_ref(after);
-        t->n_of_type[slot->record->type]--;
-        t->n_of_type[after->type]++;
-        lum_record_unref(slot->record);
-        slot->record = after;
-    } else if (after) {
-        insert(t, after);
-    } else {
-        erase(t, lum_table_find(t, before->id));
-    }
+    struct lum_hash_slot *slot = before ? find(t, before->id) : NULL;
+    struct lum_record *former = slot ? slot->item : NULL;
+    if (after)
+        t->n_of_type[lum_record_ref(after)->type]++;
+    if (former)
+        t->n_of_type[former->type]--;
+    if (slot && after)
+        slot->item = after;
+    else if (slot)
+        lum_hash_erase(&t->records, slot);
+    else
+        lum_hash_insert(&t->records, lum_table_hash(t, after->id), after);
+    lum_record_unref(former);
     if (after)
         lum_record_each_ref(after, add_user, t);
 }
@@ -197,13 +161,13 @@ static int by_order(const void *a, const void *b)
 
 bool lum_table_sorted(const struct lum_table *t, const struct lum_record ***ret_records)
 {
-    const struct lum_record **records = calloc(t->n ? t->n : 1, sizeof(*records));
+    const struct lum_record **records = calloc(t->records.n ? t->records.n : 1, sizeof(*records));
     size_t n = 0;
     if (!records)
         return false;
-    for (size_t i = 0; i < t->capacity; i++)
-        if (t->slots[i].record)
-            records[n++] = t->slots[i].record;
+    for (size_t i = 0; i < t->records.capacity; i++)
+        if (lum_table_at(t, i))
+            records[n++] = lum_table_at(t, i);
     qsort(records, n, sizeof(*records), by_order);
     *ret_records = records;
     return true;

@@ -29,8 +29,8 @@ void lum_targets_find(const struct lum_document *doc, struct lum_target *targets
         const struct lum_record *r = lum_document_find(doc, targets[i].patch->patch.target);
         targets[i].there = r && (r->type == LUM_RECORD_LIGHT || r->type == LUM_RECORD_OBJECT);
     }
-    for (size_t i = 0; i < doc->table.capacity; i++) {
-        const struct lum_record *r = doc->table.slots[i].record;
+    for (size_t i = 0; i < doc->table.records.capacity; i++) {
+        const struct lum_record *r = lum_table_at(&doc->table, i);
         const char *group = r ? group_of(r) : "";
         struct lum_target *t = group[0] ? bsearch(group, targets, n, sizeof *targets, name_of) : NULL;
         if (t)

@@ -16,8 +16,8 @@ struct ref_check {
 static bool ref_exists(void *user, enum lum_record_type type, const char *id, const char *path)
 {
     const struct ref_check *c = user;
-    const struct lum_table_slot *slot = lum_table_find(&c->txn->doc->table, id);
-    if (slot && slot->record->type == type)
+    const struct lum_record *r = lum_table_find(&c->txn->doc->table, id);
+    if (r && r->type == type)
         return true;
     char near[sizeof c->txn->err->text / 3];
     lum_document_nearest(c->txn->doc, type, id, near, sizeof near);
@@ -35,8 +35,8 @@ static bool names(void *user, enum lum_record_type type, const char *id, const c
 static bool fail_in_use(const struct lum_txn *t, const struct lum_record *r)
 {
     const struct lum_table *table = &t->doc->table;
-    for (size_t i = 0; i < table->capacity; i++) {
-        const struct lum_record *user = table->slots[i].record;
+    for (size_t i = 0; i < table->records.capacity; i++) {
+        const struct lum_record *user = lum_table_at(table, i);
         if (user && !lum_record_each_ref(user, names, (char *)(uintptr_t)r->id))
             return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "in_use", "id", "\"%s\" is used by %s \"%s\"", r->id,
                                   lum_record_type_names[user->type], user->id);
@@ -47,7 +47,7 @@ static bool fail_in_use(const struct lum_txn *t, const struct lum_record *r)
 static bool check_limits(const struct lum_txn *t, const struct lum_record *r)
 {
     const struct lum_table *table = &t->doc->table;
-    if (table->n >= LUM_LIMIT_RECORDS)
+    if (table->records.n >= LUM_LIMIT_RECORDS)
         return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "limit_exceeded", "id", "a scene may have %u records",
                               LUM_LIMIT_RECORDS);
     if (r->type == LUM_RECORD_LIGHT && table->n_of_type[LUM_RECORD_LIGHT] >= LUM_LIMIT_LIGHTS)
@@ -72,8 +72,8 @@ static bool check_limits(const struct lum_txn *t, const struct lum_record *r)
 static bool check_empty(const struct lum_txn *t, const struct lum_record *import)
 {
     const struct lum_table *table = &t->doc->table;
-    for (size_t i = 0; i < table->capacity; i++) {
-        const struct lum_record *r = table->slots[i].record;
+    for (size_t i = 0; i < table->records.capacity; i++) {
+        const struct lum_record *r = lum_table_at(table, i);
         if (r && strcmp(r->origin, import->id) == 0)
             return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "in_use", "id", "\"%s\" has \"%s\" still", import->id,
                                   r->id);
@@ -132,7 +132,7 @@ bool lum_txn_step(struct lum_txn *t, struct lum_record *before, struct lum_recor
         return false;
     if (after && !lum_record_each_ref(after, ref_exists, &check))
         return false;
-    if (!after && lum_table_find(table, before->id)->n_users > 0)
+    if (!after && lum_table_is_used(table, before->id))
         return fail_in_use(t, before);
     if (!after && before->type == LUM_RECORD_IMPORT && !check_empty(t, before))
         return false;

@@ -85,8 +85,7 @@ static bool remove_back(struct lum_txn *t, struct lum_record *now, const struct 
 /* Leads one record from the state `from` to the state `to`. */
 static bool lead(struct lum_txn *t, struct lum_record *from, struct lum_record *to)
 {
-    const struct lum_table_slot *slot = lum_table_find(&t->doc->table, from ? from->id : to->id);
-    struct lum_record *now = slot ? slot->record : NULL;
+    struct lum_record *now = lum_table_find(&t->doc->table, from ? from->id : to->id);
     if (from && to)
         return change_back(t, now, from, to);
     return to ? add_back(t, now, to) : remove_back(t, now, from);

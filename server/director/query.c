@@ -8,6 +8,7 @@
 #include "core/scene/scene.h"
 #include "protocol/json/json.h"
 #include "server/director/read_request.h"
+#include "server/director/view_frames.h"
 #include "server/world/daylight.h"
 #include "server/world/photometry.h"
 

@@ -5,6 +5,7 @@
 
 #include <cjson/cJSON.h>
 
+#include "protocol/base/hash.h"
 #include "protocol/json/json.h"
 #include "server/director/internal.h"
 #include "server/world/luminaires.h"
@@ -14,14 +15,13 @@
 
 /* What a part of the document says; its records are held, so that their addresses stand for them. */
 struct piece {
-    struct lum_document_part part; /* record NULL: a free slot */
-    char *text;                    /* "" where it says nothing; NULL: not written yet */
+    struct lum_document_part part;
+    char *text; /* "" where it says nothing; NULL: not written yet */
 };
 
 struct lum_scene_text {
     bool expand;
-    struct piece *pieces; /* by open addressing */
-    size_t capacity, n_pieces;
+    struct lum_hash pieces;          /* by their parts */
     struct lum_document_part *parts; /* of the document at rev, in order; each has its piece, which holds its records */
     size_t n_parts, n_written;       /* of those, the first are written */
     uint64_t rev;
@@ -38,6 +38,7 @@ static void free_piece(struct piece *p)
     lum_record_unref((struct lum_record *)(uintptr_t)p->part.other);
     lum_record_unref((struct lum_record *)(uintptr_t)p->part.import);
     free(p->text);
+    lum_free(p);
 }
 
 static void hold(const struct lum_record *r)
@@ -50,61 +51,47 @@ static void free_text(struct lum_scene_text *t)
 {
     if (!t)
         return;
-    for (size_t i = 0; i < t->capacity; i++)
-        if (t->pieces[i].part.record)
-            free_piece(&t->pieces[i]);
+    for (size_t i = 0; i < t->pieces.capacity; i++)
+        if (t->pieces.slots[i].item)
+            free_piece(t->pieces.slots[i].item);
     cJSON_Delete(t->photometry);
     free(t->parts);
-    lum_free(t->pieces);
+    lum_hash_finish(&t->pieces);
     lum_free(t);
 }
 
-static bool same_part(const struct lum_document_part *a, const struct lum_document_part *b)
+static uint64_t hash_of(const struct lum_document_part *part)
 {
+    return lum_hash_of_pointer(part->record) ^ lum_hash_of_pointer(part->other) << 1;
+}
+
+static bool is_of(const void *piece, const void *part)
+{
+    const struct lum_document_part *a = &((const struct piece *)piece)->part, *b = part;
     return a->kind == b->kind && a->record == b->record && a->other == b->other && a->import == b->import;
 }
 
-/* Where the part is, or belongs. */
-static struct piece *slot_of(const struct lum_scene_text *t, const struct lum_document_part *part)
+/* NULL: none yet. */
+static struct piece *piece_of(const struct lum_scene_text *t, const struct lum_document_part *part)
 {
-    uint64_t h = (uint64_t)(uintptr_t)part->record ^ (uint64_t)(uintptr_t)part->other << 1;
-    size_t i = (size_t)(h * 0x9e3779b97f4a7c15ull >> 16) & (t->capacity - 1);
-    while (t->pieces[i].part.record && !same_part(&t->pieces[i].part, part))
-        i = (i + 1) & (t->capacity - 1);
-    return &t->pieces[i];
+    const struct lum_hash_slot *slot = lum_hash_find(&t->pieces, hash_of(part), is_of, part);
+    return slot ? slot->item : NULL;
 }
 
-/* Room for n pieces more. */
-static bool reserve(struct lum_scene_text *t, size_t n)
+/* There is room. False: memory is short. */
+static bool insert(struct lum_scene_text *t, const struct lum_document_part *part)
 {
-    struct lum_scene_text more = {.capacity = t->capacity ? t->capacity : 64};
-    while (more.capacity < 2 * (t->n_pieces + n))
-        more.capacity *= 2;
-    if (more.capacity == t->capacity)
+    if (piece_of(t, part))
         return true;
-    more.pieces = lum_calloc(more.capacity, sizeof *more.pieces);
-    if (!more.pieces)
+    struct piece *p = lum_calloc(1, sizeof *p);
+    if (!p)
         return false;
-    for (size_t i = 0; i < t->capacity; i++)
-        if (t->pieces[i].part.record)
-            *slot_of(&more, &t->pieces[i].part) = t->pieces[i];
-    lum_free(t->pieces);
-    t->pieces = more.pieces;
-    t->capacity = more.capacity;
-    return true;
-}
-
-/* There is room. */
-static void insert(struct lum_scene_text *t, const struct lum_document_part *part)
-{
-    struct piece *p = slot_of(t, part);
-    if (p->part.record)
-        return;
     p->part = *part;
     hold(part->record);
     hold(part->other);
     hold(part->import);
-    t->n_pieces++;
+    lum_hash_insert(&t->pieces, hash_of(part), p);
+    return true;
 }
 
 /* What is said of a record that it does not have itself. */
@@ -122,7 +109,7 @@ static bool describe(struct lum_scene_text *t, const struct lum_record *r, cJSON
 
 static bool write_part(struct lum_scene_text *t, const struct lum_document_part *part)
 {
-    struct piece *p = slot_of(t, part);
+    struct piece *p = piece_of(t, part);
     if (p->text)
         return true;
     cJSON *list = cJSON_CreateArray();
@@ -152,11 +139,15 @@ static bool list_parts(const struct lum_director *d, struct lum_scene_text *t)
     t->n_parts = t->n_written = 0;
     t->n_rounds++;
     t->rev = lum_document_rev(d->world.doc);
-    if (!lum_document_parts(d->world.doc, t->expand, &t->parts, &t->n_parts) || !reserve(t, t->n_parts))
+    if (!lum_document_parts(d->world.doc, t->expand, &t->parts, &t->n_parts) ||
+        !lum_hash_reserve(&t->pieces, t->n_parts))
         return false;
-    for (size_t i = 0; i < t->n_parts; i++)
-        insert(t, &t->parts[i]);
-    return true;
+    bool ok = true;
+    for (size_t i = 0; i < t->n_parts && ok; i++)
+        ok = insert(t, &t->parts[i]);
+    if (!ok)
+        t->n_parts = 0; /* whoever asks next begins anew */
+    return ok;
 }
 
 /* Until the time is over; a scene that changes all over, again and again, is written at once in the end. */
@@ -219,7 +210,7 @@ static cJSON *join(struct lum_director *d, const struct lum_scene_text *t)
     struct joined j = {0};
     bool ok = append(&j, "[", 1);
     for (size_t i = 0; i < t->n_parts && ok; i++) {
-        const struct piece *p = slot_of(t, &t->parts[i]);
+        const struct piece *p = piece_of(t, &t->parts[i]);
         if (!p->text[0])
             continue;
         ok = (j.n == 1 || append(&j, ",", 1)) && append(&j, p->text, strlen(p->text)) &&

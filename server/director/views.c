@@ -12,6 +12,7 @@
 #include "server/director/read_request.h"
 #include "server/director/repeats.h"
 #include "server/director/saving.h"
+#include "server/director/view_frames.h"
 
 #define SHIELD_NS 2000000000ll     /* a first pass slower than this shows a drag nothing anyway */
 #define WAITED_LONG_NS 250000000ll /* a view that others keep from rendering for so long goes first */

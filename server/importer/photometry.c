@@ -106,6 +106,27 @@ enum lum_status lum_photometry_check_angles(const char *what, const double *deg,
     return LUM_OK;
 }
 
+enum lum_status lum_photometry_around_alloc(struct lum_photometry_around *a, size_t most, struct lum_error *err)
+{
+    a->c = lum_calloc(most, sizeof *a->c);
+    a->from = lum_calloc(most, sizeof *a->from);
+    return a->c && a->from ? LUM_OK : lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for %zu planes", most);
+}
+
+void lum_photometry_around_finish(struct lum_photometry_around *a)
+{
+    lum_free(a->c);
+    lum_free(a->from);
+}
+
+void lum_photometry_add_plane(struct lum_photometry_around *a, double c, uint32_t from)
+{
+    if (a->n > 0 && !(c > a->c[a->n - 1] + 1e-6)) /* on the plane of symmetry */
+        return;
+    a->c[a->n] = c;
+    a->from[a->n++] = from;
+}
+
 enum lum_status lum_photometry_take(struct lum_photometry *p, const struct lum_photometry_table *t, const double *c_deg,
                                     const uint32_t *from, uint32_t n_c, struct lum_error *err)
 {

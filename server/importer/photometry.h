@@ -57,6 +57,16 @@ struct lum_photometry_table {
 LUM_MUST_USE enum lum_status lum_photometry_table_alloc(struct lum_photometry_table *t, uint32_t line,
                                                         struct lum_error *err);
 void lum_photometry_table_finish(struct lum_photometry_table *t);
+/* Which planes there are all around, ascending, and of which plane of the file each is. */
+struct lum_photometry_around {
+    double *c;
+    uint32_t *from, n;
+};
+LUM_MUST_USE enum lum_status lum_photometry_around_alloc(struct lum_photometry_around *a, size_t most,
+                                                         struct lum_error *err);
+void lum_photometry_around_finish(struct lum_photometry_around *a);
+/* Once of two that are the same by symmetry. */
+void lum_photometry_add_plane(struct lum_photometry_around *a, double c, uint32_t from);
 /* Puts the table into the photometry: plane k of it at c_deg[k] is from[k] of the table, all angles as gammas. */
 LUM_MUST_USE enum lum_status lum_photometry_take(struct lum_photometry *p, const struct lum_photometry_table *t,
                                                  const double *c_deg, const uint32_t *from, uint32_t n_c,

@@ -227,32 +227,18 @@ static enum lum_status read_table(struct ies *f)
 
 /* ---- planes of type C ---- */
 
-/* Which planes there are all around, ascending, and of which plane of the file each is. */
-struct around {
-    double *c;
-    uint32_t *from, n;
-};
-
-static void add_plane(struct around *a, double c, uint32_t from)
-{
-    if (a->n > 0 && !(c > a->c[a->n - 1] + 1e-6)) /* on the plane of symmetry */
-        return;
-    a->c[a->n] = c;
-    a->from[a->n++] = from;
-}
-
 static bool near(double a, double b)
 {
     return fabs(a - b) < 0.01;
 }
 
 /* False: they end where none of the symmetries does. */
-static bool spread(const struct lum_photometry_table *t, struct around *a)
+static bool spread(const struct lum_photometry_table *t, struct lum_photometry_around *a)
 {
     uint32_t n = t->n_planes;
     double first = t->planes[0], last = t->planes[n - 1];
     if (n == 1) {
-        add_plane(a, 0.0, 0);
+        lum_photometry_add_plane(a, 0.0, 0);
         return true;
     }
     double step = last - t->planes[n - 2];
@@ -263,38 +249,37 @@ static bool spread(const struct lum_photometry_table *t, struct around *a)
         return false;
     if (across && near(first, 90.0)) /* what lies at 180 - c is the same: from -90 to 90 first */
         for (uint32_t i = n; i-- > 0;)
-            add_plane(a, 180.0 - t->planes[i], i);
+            lum_photometry_add_plane(a, 180.0 - t->planes[i], i);
     for (uint32_t i = 0; i < n; i++)
-        add_plane(a, t->planes[i], i);
+        lum_photometry_add_plane(a, t->planes[i], i);
     if (across && near(first, -90.0))
         for (uint32_t i = n; i-- > 0;)
-            add_plane(a, 180.0 - t->planes[i], i);
+            lum_photometry_add_plane(a, 180.0 - t->planes[i], i);
     if (quarter)
         for (uint32_t i = n; i-- > 0;)
-            add_plane(a, 180.0 - t->planes[i], i);
+            lum_photometry_add_plane(a, 180.0 - t->planes[i], i);
     if (quarter)
         for (uint32_t i = 0; i < n; i++)
-            add_plane(a, 180.0 + t->planes[i], i);
+            lum_photometry_add_plane(a, 180.0 + t->planes[i], i);
     if (quarter || half)
         for (uint32_t i = n; i-- > 0;)
-            add_plane(a, 360.0 - t->planes[i], i);
+            lum_photometry_add_plane(a, 360.0 - t->planes[i], i);
     if (missing)
-        add_plane(a, 360.0, 0);
+        lum_photometry_add_plane(a, 360.0, 0);
     return true;
 }
 
 static enum lum_status take_type_c(struct ies *f)
 {
     struct lum_photometry_table *t = &f->table;
-    struct around a = {lum_calloc(4 * (size_t)t->n_planes, sizeof *a.c),
-                       lum_calloc(4 * (size_t)t->n_planes, sizeof *a.from), 0};
+    struct lum_photometry_around a = {0};
     enum lum_status status =
         lum_photometry_check_angles("vertical angles", t->angles, t->n_angles, 0.0, 180.0, t->angles_line, f->err);
     if (!status)
         status = lum_photometry_check_angles("horizontal angles", t->planes, t->n_planes, -360.0, 360.0, t->planes_line,
                                              f->err);
-    if (!status && !(a.c && a.from))
-        status = lum_fail(f->err, LUM_ERR_NOMEM, "", "out of memory for %u planes", t->n_planes);
+    if (!status)
+        status = lum_photometry_around_alloc(&a, 4 * (size_t)t->n_planes, f->err);
     if (!status && !spread(t, &a))
         status =
             lum_fail(f->err, LUM_ERR_INVALID, "",
@@ -305,8 +290,7 @@ static enum lum_status take_type_c(struct ies *f)
             a.c[a.n - 1] = a.c[0] + 360.0;
         status = lum_photometry_take(f->p, t, a.c, a.from, a.n, f->err);
     }
-    lum_free(a.c);
-    lum_free(a.from);
+    lum_photometry_around_finish(&a);
     return status;
 }
 

@@ -197,47 +197,32 @@ static void read_values(struct ldt *f, double factor)
 
 /* ---- all around ---- */
 
-struct around {
-    double *c;
-    uint32_t *from, n;
-};
-
-static void add_plane(struct around *a, double c, uint32_t from)
-{
-    if (a->n > 0 && !(c > a->c[a->n - 1] + 1e-6)) /* on the plane of symmetry */
-        return;
-    a->c[a->n] = c;
-    a->from[a->n++] = from;
-}
-
 /* Writes the symmetry out: the planes and their mirror images, once around and back to the first. */
-static void spread(const struct ldt *f, struct around *a)
+static void spread(const struct ldt *f, struct lum_photometry_around *a)
 {
     const double *c = f->table.planes;
     uint32_t n = f->table.n_planes;
     double first = c[0];
     for (uint32_t i = 0; i < n; i++)
-        add_plane(a, c[i], i);
+        lum_photometry_add_plane(a, c[i], i);
     if (f->symmetry == 4) /* about C90 - C270 first: C0 to C180 */
         for (uint32_t i = n; i-- > 0;)
-            add_plane(a, 180.0 - c[i], i);
+            lum_photometry_add_plane(a, 180.0 - c[i], i);
     if (f->symmetry == 3) /* C270 over C360 to C450, then on to C630 */
         for (uint32_t i = n; i-- > 0;)
-            add_plane(a, 900.0 - c[i], i);
+            lum_photometry_add_plane(a, 900.0 - c[i], i);
     for (uint32_t i = a->n; (f->symmetry == 2 || f->symmetry == 4) && i-- > 0;)
-        add_plane(a, 360.0 - a->c[i], a->from[i]);
+        lum_photometry_add_plane(a, 360.0 - a->c[i], a->from[i]);
     if (f->symmetry == 0 && n > 1)
-        add_plane(a, first + 360.0, 0);
+        lum_photometry_add_plane(a, first + 360.0, 0);
 }
 
 /* C0 lies across the luminaire here, and along it in the web: C90 becomes c = 0. */
 static void take(struct ldt *f)
 {
-    size_t most = 4 * (size_t)f->table.n_planes + 1;
-    struct around a = {lum_calloc(most, sizeof *a.c), lum_calloc(most, sizeof *a.from), 0};
-    if (!a.c || !a.from)
-        f->status = lum_fail(f->err, LUM_ERR_NOMEM, "", "out of memory for %zu planes", most);
-    else
+    struct lum_photometry_around a = {0};
+    f->status = lum_photometry_around_alloc(&a, 4 * (size_t)f->table.n_planes + 1, f->err);
+    if (!f->status)
         spread(f, &a);
     double span = f->status ? 0.0 : a.c[a.n - 1] - a.c[0];
     double shift = !f->status && a.c[0] >= 270.0 ? 450.0 : 90.0;
@@ -250,8 +235,7 @@ static void take(struct ldt *f)
         a.c[a.n - 1] = a.c[0] + 360.0;
     if (!f->status)
         f->status = lum_photometry_take(f->p, &f->table, a.c, a.from, a.n, f->err);
-    lum_free(a.c);
-    lum_free(a.from);
+    lum_photometry_around_finish(&a);
 }
 
 enum lum_status lum_ldt_read(struct lum_photometry_text *text, struct lum_photometry *p, struct lum_error *err)

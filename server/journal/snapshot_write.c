@@ -8,49 +8,11 @@
 
 #include <cjson/cJSON.h>
 
+#include "protocol/base/hash.h"
 #include "protocol/json/json.h"
 
 #define INLINE_BYTES 65536u /* bulk data beyond is content: it is not written anew with every snapshot */
 #define RECORDS_A_STEP 256u /* small ones: some hundred microseconds */
-
-/* ---- records by pointer ---- */
-
-struct number {
-    const struct lum_record *record; /* NULL: free */
-    size_t index;
-    bool stands;
-};
-struct numbers {
-    struct number *slots;
-    size_t capacity, n; /* capacity: a power of two, more than twice n */
-};
-
-static struct number *slot_of(const struct numbers *t, const struct lum_record *r)
-{
-    uint64_t hash = (uint64_t)(uintptr_t)r * 0x9e3779b97f4a7c15u;
-    size_t i = (size_t)(hash >> 20) & (t->capacity - 1);
-    while (t->slots[i].record && t->slots[i].record != r)
-        i = (i + 1) & (t->capacity - 1);
-    return &t->slots[i];
-}
-
-static bool numbers_reserve(struct numbers *t, size_t n)
-{
-    for (t->capacity = 64; t->capacity < 3 * n;)
-        t->capacity *= 2;
-    t->slots = calloc(t->capacity, sizeof *t->slots);
-    return t->slots != NULL;
-}
-
-/* True when it got its number now. */
-static bool give_number(struct numbers *t, const struct lum_record *r)
-{
-    struct number *s = slot_of(t, r);
-    if (s->record)
-        return false;
-    *s = (struct number){.record = r, .index = t->n++};
-    return true;
-}
 
 /* ---- the plan ---- */
 
@@ -62,7 +24,8 @@ struct pack {
 struct lum_snapshot_writer {
     struct lum_snapshot_config config;
     struct lum_document_state state;
-    struct numbers numbers;
+    struct lum_hash numbers; /* of records; value: 1 + the number */
+    bool *stands;            /* in the scene, by number */
     struct pack *packs;
     const struct lum_record **singles; /* written in the file itself */
     size_t n_packs, n_singles;
@@ -71,6 +34,21 @@ struct lum_snapshot_writer {
     uint64_t n_blocks;
     size_t next_pack, next_single, next_history, next_step;
 };
+
+/* True when it got its number now. */
+static bool give_number(struct lum_snapshot_writer *w, const struct lum_record *r)
+{
+    struct lum_hash_slot *slot = lum_hash_put_pointer(&w->numbers, r);
+    if (slot->value)
+        return false;
+    slot->value = w->numbers.n;
+    return true;
+}
+
+static size_t number_of(const struct lum_snapshot_writer *w, const struct lum_record *r)
+{
+    return lum_hash_find_pointer(&w->numbers, r)->value - 1;
+}
 
 /* Calls fn for each record of the state, in the scene and in histories, some more than once. */
 static void each_record(const struct lum_document_state *s, void (*fn)(void *user, struct lum_record *const *r),
@@ -111,11 +89,11 @@ static size_t bulk_bytes(const struct lum_record *r)
 
 static void add_pack(struct lum_snapshot_writer *w, struct lum_record *const *records, size_t n)
 {
-    if (n == 0 || slot_of(&w->numbers, records[0])->record)
+    if (n == 0 || lum_hash_find_pointer(&w->numbers, records[0]))
         return;
     w->packs[w->n_packs++] = (struct pack){records, n, w->numbers.n};
     for (size_t i = 0; i < n; i++)
-        give_number(&w->numbers, records[i]);
+        give_number(w, records[i]);
 }
 
 static void plan_import(void *user, struct lum_record *const *r)
@@ -127,14 +105,14 @@ static void plan_import(void *user, struct lum_record *const *r)
 static void plan_bulk(void *user, struct lum_record *const *r)
 {
     struct lum_snapshot_writer *w = user;
-    if (!slot_of(&w->numbers, *r)->record && bulk_bytes(*r) > INLINE_BYTES)
+    if (!lum_hash_find_pointer(&w->numbers, *r) && bulk_bytes(*r) > INLINE_BYTES)
         add_pack(w, r, 1);
 }
 
 static void plan_single(void *user, struct lum_record *const *r)
 {
     struct lum_snapshot_writer *w = user;
-    if (give_number(&w->numbers, *r))
+    if (give_number(w, *r))
         w->singles[w->n_singles++] = *r;
 }
 
@@ -144,13 +122,14 @@ static bool plan(struct lum_snapshot_writer *w)
     each_record(&w->state, count_one, &n);
     w->packs = calloc(n ? n : 1, sizeof *w->packs);
     w->singles = calloc(n ? n : 1, sizeof(*w->singles));
-    if (!w->packs || !w->singles || !numbers_reserve(&w->numbers, n))
+    w->stands = calloc(n ? n : 1, sizeof *w->stands);
+    if (!w->packs || !w->singles || !w->stands || !lum_hash_reserve(&w->numbers, n))
         return false;
     each_record(&w->state, plan_import, w);
     each_record(&w->state, plan_bulk, w);
     each_record(&w->state, plan_single, w);
     for (size_t i = 0; i < w->state.n_records; i++)
-        slot_of(&w->numbers, w->state.records[i])->stands = true;
+        w->stands[number_of(w, w->state.records[i])] = true;
     return true;
 }
 
@@ -191,7 +170,7 @@ static cJSON *standing(const struct lum_snapshot_writer *w, const struct pack *p
     cJSON *list = cJSON_CreateArray();
     bool ok = list != NULL;
     for (size_t i = 0; i < p->n && ok; i++)
-        if (slot_of(&w->numbers, p->records[i])->stands)
+        if (w->stands[p->first + i])
             ok = lum_json_add(list, NULL, cJSON_CreateNumber((double)i));
     if (ok)
         return list;
@@ -218,12 +197,12 @@ static enum lum_status put_pack(struct lum_snapshot_writer *w, const struct pack
 static enum lum_status put_record(struct lum_snapshot_writer *w, const struct lum_record *r, struct lum_error *err)
 {
     struct lum_blobs_out blobs;
-    const struct number *number = slot_of(&w->numbers, r);
+    size_t number = number_of(w, r);
     cJSON *json = lum_stored_record(r, &blobs);
     bool ok =
-        lum_json_add_number(json, "index", (double)number->index) && lum_json_add_bool(json, "stands", number->stands);
+        lum_json_add_number(json, "index", (double)number) && lum_json_add_bool(json, "stands", w->stands[number]);
     if (ok && r->type == LUM_RECORD_IMPORT && r->import.n_made) {
-        const double made[2] = {(double)slot_of(&w->numbers, r->import.made[0])->index, (double)r->import.n_made};
+        const double made[2] = {(double)number_of(w, r->import.made[0]), (double)r->import.n_made};
         ok = lum_json_add(json, "made", cJSON_CreateDoubleArray(made, 2));
     }
     if (!ok) {
@@ -235,7 +214,7 @@ static enum lum_status put_record(struct lum_snapshot_writer *w, const struct lu
 
 static cJSON *number_json(const struct lum_snapshot_writer *w, const struct lum_record *r)
 {
-    return cJSON_CreateNumber(r ? (double)slot_of(&w->numbers, r)->index : -1.0);
+    return cJSON_CreateNumber(r ? (double)number_of(w, r) : -1.0);
 }
 
 static enum lum_status put_step(struct lum_snapshot_writer *w, const struct lum_history_state *h, size_t i,
@@ -324,7 +303,8 @@ void lum_snapshot_end(struct lum_snapshot_writer *w)
     lum_block_close(&w->file);
     lum_kept_finish(&w->kept);
     lum_document_state_finish(&w->state);
-    free(w->numbers.slots);
+    lum_hash_finish(&w->numbers);
+    free(w->stands);
     free(w->packs);
     free(w->singles);
     lum_free(w);

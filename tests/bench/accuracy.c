@@ -10,8 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "server/world/apply.h"
-
 #define METHODS "whitted,igi,ais,ic,tic,irrcache,live,path"
 
 enum {
@@ -33,31 +31,21 @@ struct way {
 };
 
 struct rig {
-    const struct lum_bench_options *options;
-    const struct lum_bench_place *place;
-    struct lum_world world;
-    struct lum_view_settings settings;
+    struct lum_bench_stand at;
     struct lum_bench_reference reference;
     struct accuracy_scene scene;
     struct accuracy_report *report;
     struct way ways[MAX_VIEWS];
     size_t n_ways;
-    float *picture;
     double white;
 };
-
-static bool failed(const char *text)
-{
-    fprintf(stderr, "lumend-bench: %s\n", text);
-    return false;
-}
 
 /* ---- ways ---- */
 
 static struct way *add_way(struct rig *rig, const struct lum_method *method, const char *setting)
 {
     struct way *w = &rig->ways[rig->n_ways++];
-    *w = (struct way){.method = method, .settings = rig->settings};
+    *w = (struct way){.method = method, .settings = rig->at.settings};
     w->settings.method = method;
     snprintf(w->setting, sizeof w->setting, "%s", setting);
     return w;
@@ -84,19 +72,14 @@ static void list_ways(struct rig *rig, const struct lum_method *method)
     }
 }
 
-static bool open_ways(struct rig *rig, const struct lum_method *const *methods, size_t n_methods)
+static bool open_ways(struct rig *rig)
 {
-    struct lum_error err = {0};
-    for (size_t m = 0; m < n_methods; m++)
-        list_ways(rig, methods[m]);
+    for (size_t m = 0; m < rig->at.n_methods; m++)
+        list_ways(rig, rig->at.methods[m]);
     add_way(rig, lum_method_find("path"), "")->control = true;
-    for (size_t i = 0; i < rig->n_ways; i++) {
-        struct way *w = &rig->ways[i];
-        if (lum_view_create(rig->world.pool, &w->view, &err) != LUM_OK ||
-            lum_caches_create(lum_pool_size(rig->world.pool), &w->caches, &err) != LUM_OK)
-            return failed(err.text);
-        lum_view_share(w->view, w->caches);
-    }
+    for (size_t i = 0; i < rig->n_ways; i++)
+        if (!lum_bench_open_view(rig->at.world.pool, &rig->ways[i].view, &rig->ways[i].caches))
+            return false;
     return true;
 }
 
@@ -118,13 +101,13 @@ static bool run_pass(struct rig *rig, struct way *w, struct lum_pass_stats *ret_
 {
     struct lum_error err = {0};
     int64_t begin_ns = lum_cpu_clock_ns();
-    if (lum_view_pass(w->view, rig->world.snapshot, &w->settings, NULL, ret_stats, &err) != LUM_OK)
-        return failed(err.text);
+    if (lum_view_pass(w->view, rig->at.world.snapshot, &w->settings, NULL, ret_stats, &err) != LUM_OK)
+        return lum_bench_failed(err.text);
     inout_cost->own_ms +=
-        ret_stats->cpu_ms / lum_pool_size(rig->world.pool) + (double)(lum_cpu_clock_ns() - begin_ns) * 1e-6;
+        ret_stats->cpu_ms / lum_pool_size(rig->at.world.pool) + (double)(lum_cpu_clock_ns() - begin_ns) * 1e-6;
     for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
         inout_cost->rays += (double)ret_stats->rays[k];
-    return ret_stats->nonfinite == 0 || failed("a value is not finite");
+    return ret_stats->nonfinite == 0 || lum_bench_failed("a value is not finite");
 }
 
 /* The i-th point of the way, which is new with the first seed. */
@@ -152,12 +135,12 @@ static void note(struct rig *rig, struct way *w, size_t i, uint32_t seed, uint32
     struct accuracy_point *p = point_of(rig, w, i, seed, spp);
     if (!p || p->n != seed)
         return;
-    lum_bench_picture_of(w->view, rig->picture);
+    lum_bench_picture_of(w->view, rig->at.picture);
     p->own_ms[p->n] = cost->own_ms;
-    p->relmse[p->n] = lum_bench_error_of_picture(&rig->reference, rig->picture).relmse;
+    p->relmse[p->n] = lum_bench_error_of_picture(&rig->reference, rig->at.picture).relmse;
     p->n++;
     if (seed == 0)
-        p->rays = cost->rays / ((double)rig->settings.w * rig->settings.h);
+        p->rays = cost->rays / ((double)rig->at.settings.w * rig->at.settings.h);
 }
 
 /* From nothing to a first frame, and on to more samples, each time they have doubled, while there is time. */
@@ -165,7 +148,7 @@ static bool measure_way(struct rig *rig, struct way *w, uint32_t seed, double *r
 {
     struct lum_pass_stats stats;
     struct cost cost = {0};
-    uint32_t next = 1, most = w->adds_samples ? rig->options->quick ? QUICK_MAX_SPP : MAX_SPP : 1;
+    uint32_t next = 1, most = w->adds_samples ? rig->at.options->quick ? QUICK_MAX_SPP : MAX_SPP : 1;
     lum_view_forget(w->view);
     lum_caches_forget(w->caches);
     w->settings.seed = seed + 1; /* the reference's is 0 */
@@ -178,7 +161,7 @@ static bool measure_way(struct rig *rig, struct way *w, uint32_t seed, double *r
             *ret_first_ms = cost.own_ms;
         if (!w->control)
             note(rig, w, i, seed, next, &cost);
-        if (cost.own_ms > 1e3 * rig->options->seconds)
+        if (cost.own_ms > 1e3 * rig->at.options->seconds)
             break;
     }
     return true;
@@ -206,8 +189,8 @@ static bool expose(struct rig *rig)
     struct lum_film film;
     struct lum_error err = {0};
     uint64_t nonfinite = 0;
-    if (lum_film_init(&film, rig->settings.w, rig->settings.h, &err) != LUM_OK)
-        return failed(err.text);
+    if (lum_film_init(&film, rig->at.settings.w, rig->at.settings.h, &err) != LUM_OK)
+        return lum_bench_failed(err.text);
     for (size_t i = 0; i < (size_t)film.w * film.h; i++) {
         const float *v = rig->reference.truth + 3 * i;
         lum_film_set(&film, (uint32_t)(i % film.w), (uint32_t)(i / film.w), lum_rgb(v[0], v[1], v[2]), &nonfinite);
@@ -219,30 +202,23 @@ static bool expose(struct rig *rig)
 
 static bool open_rig(struct rig *rig)
 {
-    struct lum_error err = {0};
-    snprintf(rig->scene.name, sizeof rig->scene.name, "%s", rig->place->scene);
-    if (!lum_bench_world(rig->place->source, 0, &rig->world))
+    if (!lum_bench_stand_open(&rig->at, (const uint32_t[]){600, 400}, (const uint32_t[]){96, 64}))
         return false;
-    rig->settings = lum_view_settings_default();
-    if (lum_apply_settings(lum_world_render(&rig->world), &rig->settings, &err) != LUM_OK)
-        return failed(err.text);
-    lum_bench_size(rig->options, (const uint32_t[]){600, 400}, (const uint32_t[]){96, 64}, &rig->settings);
-    rig->scene.w = rig->settings.w;
-    rig->scene.h = rig->settings.h;
-    rig->settings.max_spp = 0;
-    lum_bench_machine(&rig->world, rig->scene.machine, sizeof rig->scene.machine);
-    rig->settings.antialias = false;
-    rig->picture = lum_calloc(3 * (size_t)rig->settings.w * rig->settings.h, sizeof *rig->picture);
-    return rig->picture ? lum_bench_place_camera(rig->place, &rig->world, &rig->settings.camera)
-                        : failed("out of memory");
+    snprintf(rig->scene.name, sizeof rig->scene.name, "%s", rig->at.place->scene);
+    rig->scene.w = rig->at.settings.w;
+    rig->scene.h = rig->at.settings.h;
+    rig->at.settings.max_spp = 0;
+    lum_bench_machine(&rig->at.world, rig->scene.machine, sizeof rig->scene.machine);
+    rig->at.settings.antialias = false;
+    return true;
 }
 
-static void close_rig(struct rig *rig)
+static void close_rig(void *of)
 {
+    struct rig *rig = of;
     close_ways(rig);
     lum_bench_reference_finish(&rig->reference);
-    lum_free(rig->picture);
-    lum_world_finish(&rig->world);
+    lum_bench_stand_close(&rig->at);
 }
 
 /* First frames at the settings that views have. */
@@ -255,39 +231,43 @@ static bool show_pictures(struct rig *rig)
         struct lum_pass_stats stats;
         struct cost cost = {0};
         char title[96];
-        if (w->control || w->settings.n_vpls != rig->settings.n_vpls ||
-            w->settings.cache_accuracy != rig->settings.cache_accuracy)
+        if (w->control || w->settings.n_vpls != rig->at.settings.n_vpls ||
+            w->settings.cache_accuracy != rig->at.settings.cache_accuracy)
             continue;
         lum_view_forget(w->view);
         lum_caches_forget(w->caches);
         ok = run_pass(rig, w, &stats, &cost);
-        lum_bench_picture_of(w->view, rig->picture);
+        lum_bench_picture_of(w->view, rig->at.picture);
         snprintf(title, sizeof title, "%s, first frame: %.0f ms, relMSE %.4f", w->method->name, cost.own_ms,
-                 lum_bench_error_of_picture(&rig->reference, rig->picture).relmse);
-        ok = ok && accuracy_report_picture(rig->report, &rig->scene, title, w->method->name, rig->picture, rig->white);
+                 lum_bench_error_of_picture(&rig->reference, rig->at.picture).relmse);
+        ok = ok &&
+             accuracy_report_picture(rig->report, &rig->scene, title, w->method->name, rig->at.picture, rig->white);
     }
     return ok;
 }
 
-static bool measure_scene(struct rig *rig, const struct lum_method *const *methods, size_t n_methods)
+static bool measure_scene(void *of, void *report)
 {
-    uint32_t n_seeds = rig->options->quick                    ? 2
-                       : rig->options->seeds < ACCURACY_SEEDS ? rig->options->seeds
-                                                              : ACCURACY_SEEDS;
+    struct rig *rig = of;
+    rig->report = report;
+    uint32_t n_seeds = rig->at.options->quick                    ? 2
+                       : rig->at.options->seeds < ACCURACY_SEEDS ? rig->at.options->seeds
+                                                                 : ACCURACY_SEEDS;
     if (!open_rig(rig)) {
-        printf("skipped: %s\n", rig->place->scene);
+        printf("skipped: %s\n", rig->at.place->scene);
         return true;
     }
-    struct lum_bench_truth truth = lum_bench_truth_of(rig->options, &rig->world, &rig->settings);
+    struct lum_bench_truth truth = lum_bench_truth_of(rig->at.options, &rig->at.world, &rig->at.settings);
     truth.or_more = true;
-    lum_bench_progress("accuracy: %s: reference", rig->place->scene);
-    if (!lum_bench_reference_make(&rig->reference, &truth) || !expose(rig) || !open_ways(rig, methods, n_methods))
+    lum_bench_progress("accuracy: %s: reference", rig->at.place->scene);
+    if (!lum_bench_reference_make(&rig->reference, &truth) || !expose(rig) || !open_ways(rig))
         return false;
     rig->scene.reference_relmse = rig->reference.relmse;
     rig->scene.reference_spp = rig->reference.spp;
     bool ok = true;
     for (uint32_t seed = 0; seed < n_seeds && ok; seed++) {
-        lum_bench_progress("accuracy: %s: seed %u of %u, %zu ways", rig->place->scene, seed + 1, n_seeds, rig->n_ways);
+        lum_bench_progress("accuracy: %s: seed %u of %u, %zu ways", rig->at.place->scene, seed + 1, n_seeds,
+                           rig->n_ways);
         ok = measure_seed(rig, seed);
     }
     return ok && show_pictures(rig) && accuracy_report_scene(rig->report, &rig->scene);
@@ -295,26 +275,8 @@ static bool measure_scene(struct rig *rig, const struct lum_method *const *metho
 
 int lum_bench_accuracy(const struct lum_bench_options *options)
 {
-    const struct lum_method *methods[LUM_BENCH_METHODS];
-    size_t n_methods;
-    struct lum_bench_places *places = lum_calloc(1, sizeof *places);
-    struct rig *rig = lum_calloc(1, sizeof *rig);
-    bool ok = places && rig ? lum_bench_find_methods(options->methods ? options->methods : METHODS, methods, &n_methods)
-                            : failed("out of memory");
-    struct accuracy_report *report = ok ? accuracy_report_open(options) : NULL;
-    ok = ok && report;
-    if (ok)
-        lum_bench_list_places(options, places);
-    for (size_t i = 0; i < (ok ? places->n : 0) && ok; i++) {
-        memset(rig, 0, sizeof *rig);
-        rig->options = options;
-        rig->place = &places->items[i];
-        rig->report = report;
-        ok = measure_scene(rig, methods, n_methods);
-        close_rig(rig);
-    }
-    ok = accuracy_report_close(report, ok);
-    lum_free(rig);
-    lum_free(places);
-    return ok ? 0 : 1;
+    const struct lum_bench_tour tour = {METHODS, sizeof(struct rig), measure_scene, close_rig};
+    struct accuracy_report *report = accuracy_report_open(options);
+    bool ok = report && lum_bench_go(&tour, options, report);
+    return accuracy_report_close(report, ok) ? 0 : 1;
 }

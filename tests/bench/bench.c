@@ -94,6 +94,22 @@ void lum_bench_progress(const char *fmt, ...)
     fputc('\n', stderr);
 }
 
+bool lum_bench_failed(const char *text)
+{
+    fprintf(stderr, "lumend-bench: %s\n", text);
+    return false;
+}
+
+bool lum_bench_open_view(struct lum_pool *pool, struct lum_view **ret_view, struct lum_caches **ret_caches)
+{
+    struct lum_error err = {0};
+    if (lum_view_create(pool, ret_view, &err) != LUM_OK ||
+        lum_caches_create(lum_pool_size(pool), ret_caches, &err) != LUM_OK)
+        return lum_bench_failed(err.text);
+    lum_view_share(*ret_view, *ret_caches);
+    return true;
+}
+
 FILE *lum_bench_open(const struct lum_bench_options *options, const char *name)
 {
     char path[4096];

@@ -58,6 +58,12 @@ void lum_bench_size(const struct lum_bench_options *options, const uint32_t whol
 /* A line on stderr, of what is being done now; for each step that may take more than a second. */
 __attribute__((format(printf, 1, 2))) void lum_bench_progress(const char *fmt, ...);
 
+/* False, after a message on stderr. */
+bool lum_bench_failed(const char *text);
+
+/* A view with caches of its own. False after a message on stderr: what there is has to be destroyed then, too. */
+bool lum_bench_open_view(struct lum_pool *pool, struct lum_view **ret_view, struct lum_caches **ret_caches);
+
 /* Opens OUT/name for writing; NULL after a message on stderr. */
 FILE *lum_bench_open(const struct lum_bench_options *options, const char *name);
 /* False after a message on stderr when something was not written. */

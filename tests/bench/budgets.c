@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "server/director/budget.h"
-#include "server/world/apply.h"
 #include "tests/bench/places.h"
 #include "tests/bench/reference.h"
 #include "tests/bench/table.h"
@@ -36,22 +35,12 @@ struct runs {
 };
 
 struct rig {
-    const struct lum_bench_options *options;
-    const struct lum_bench_place *place;
-    struct lum_world world;
-    struct lum_view_settings settings;
+    struct lum_bench_stand at;
     const struct lum_method *method;
     struct lum_bench_reference reference;
-    float *picture;
     double patience_ms;
     struct runs runs[PROMISES];
 };
-
-static bool failed(const char *text)
-{
-    fprintf(stderr, "lumend-bench: %s\n", text);
-    return false;
-}
 
 static struct lum_view_budget budget_of(enum promise p)
 {
@@ -80,8 +69,8 @@ static void note_stop(struct rig *rig, const struct lum_view *view, enum promise
         r->part[r->n] = w->spent_ms / TIME_MS;
         r->n_kept += fabs(r->part[r->n] - 1.0) <= TIME_WITHIN;
     } else {
-        lum_bench_picture_of(view, rig->picture);
-        r->part[r->n] = lum_bench_rms_of_picture(&rig->reference, rig->picture) / promises[p].error;
+        lum_bench_picture_of(view, rig->at.picture);
+        r->part[r->n] = lum_bench_rms_of_picture(&rig->reference, rig->at.picture) / promises[p].error;
         r->n_kept += r->part[r->n] <= 1.0;
         note_prediction(r, w);
     }
@@ -101,14 +90,14 @@ static bool run_passes(struct rig *rig, struct lum_view *view)
         rig->runs[p].n_runs++;
     }
     do {
-        if (lum_view_pass(view, rig->world.snapshot, &rig->settings, NULL, &pass, &err) != LUM_OK)
-            return failed(err.text);
+        if (lum_view_pass(view, rig->at.world.snapshot, &rig->at.settings, NULL, &pass, &err) != LUM_OK)
+            return lum_bench_failed(err.text);
         spent_ms += pass.ms;
         for (enum promise p = 0; p < PROMISES; p++) {
             const struct lum_view_budget budget = budget_of(p);
             if (watches[p].stopped_by)
                 continue;
-            lum_budget_note(&watches[p], &budget, &rig->settings, &pass, spent_ms);
+            lum_budget_note(&watches[p], &budget, &rig->at.settings, &pass, spent_ms);
             if (!watches[p].stopped_by)
                 continue;
             note_stop(rig, view, p, &watches[p]);
@@ -123,8 +112,9 @@ static bool run(struct rig *rig, uint32_t seed)
 {
     struct lum_error err = {0};
     struct lum_view *view = NULL;
-    rig->settings.seed = seed;
-    bool ok = lum_view_create(rig->world.pool, &view, &err) == LUM_OK ? run_passes(rig, view) : failed(err.text);
+    rig->at.settings.seed = seed;
+    bool ok =
+        lum_view_create(rig->at.world.pool, &view, &err) == LUM_OK ? run_passes(rig, view) : lum_bench_failed(err.text);
     lum_view_destroy(view);
     return ok;
 }
@@ -133,23 +123,13 @@ static bool run(struct rig *rig, uint32_t seed)
 
 static bool open_rig(struct rig *rig)
 {
-    const struct lum_bench_options *o = rig->options;
-    struct lum_error err = {0};
-    if (!lum_bench_world(rig->place->source, 0, &rig->world))
+    const struct lum_bench_options *o = rig->at.options;
+    if (!lum_bench_stand_open(&rig->at, (const uint32_t[]){96, 64}, (const uint32_t[]){48, 32}))
         return false;
-    rig->settings = lum_view_settings_default();
-    if (lum_apply_settings(lum_world_render(&rig->world), &rig->settings, &err) != LUM_OK)
-        return failed(err.text);
-    lum_bench_size(o, (const uint32_t[]){96, 64}, (const uint32_t[]){48, 32}, &rig->settings);
-    rig->settings.max_spp = o->quick ? QUICK_SPP : LUM_LIMIT_SPP;
-    rig->settings.error_share = LUM_ERROR_SHARE;
+    rig->at.settings.max_spp = o->quick ? QUICK_SPP : LUM_LIMIT_SPP;
+    rig->at.settings.error_share = LUM_ERROR_SHARE;
     rig->patience_ms = 1e3 * o->seconds;
-    rig->picture = lum_calloc(3 * (size_t)rig->settings.w * rig->settings.h, sizeof *rig->picture);
-    if (!rig->picture)
-        return failed("out of memory");
-    if (!lum_bench_place_camera(rig->place, &rig->world, &rig->settings.camera))
-        return false;
-    struct lum_bench_truth truth = lum_bench_truth_of(o, &rig->world, &rig->settings);
+    struct lum_bench_truth truth = lum_bench_truth_of(o, &rig->at.world, &rig->at.settings);
     truth.least_spp = truth.most_spp;
     truth.or_more = true;
     return lum_bench_reference_make(&rig->reference, &truth);
@@ -178,21 +158,21 @@ static double quantile(double *values, size_t n, double q)
 static void tell(struct rig *rig, enum promise p, struct lum_bench_table *table)
 {
     struct runs *r = &rig->runs[p];
-    LUM_BENCH_TEXTS(table, rig->place->scene, rig->method->name, promises[p].name);
+    LUM_BENCH_TEXTS(table, rig->at.place->scene, rig->method->name, promises[p].name);
     LUM_BENCH_NUMBERS(table, (double)r->n_runs, (double)r->n, (double)r->n_kept, quantile(r->part, r->n, 0.5),
                       quantile(r->part, r->n, 1.0), quantile(r->ms, r->n, 0.5), (double)r->n_predicted,
                       (double)r->n_in_range, quantile(r->predicted, r->n_predicted, 0.5));
 }
 
-static bool measure_scene(struct rig *rig, const struct lum_method *const *methods, size_t n_methods,
-                          struct lum_bench_table *table)
+static bool measure_scene(void *of, void *table)
 {
-    uint32_t n_seeds = rig->options->quick ? QUICK_SEEDS : (uint32_t)rig->options->seeds;
-    lum_bench_progress("budgets: %s", rig->place->scene);
+    struct rig *rig = of;
+    uint32_t n_seeds = rig->at.options->quick ? QUICK_SEEDS : (uint32_t)rig->at.options->seeds;
+    lum_bench_progress("budgets: %s", rig->at.place->scene);
     bool ok = open_rig(rig);
-    for (size_t m = 0; m < n_methods && ok; m++) {
-        lum_bench_progress("budgets: %s: %s", rig->place->scene, methods[m]->name);
-        rig->method = rig->settings.method = methods[m];
+    for (size_t m = 0; m < rig->at.n_methods && ok; m++) {
+        lum_bench_progress("budgets: %s: %s", rig->at.place->scene, rig->at.methods[m]->name);
+        rig->method = rig->at.settings.method = rig->at.methods[m];
         memset(rig->runs, 0, sizeof rig->runs);
         for (uint32_t seed = 0; seed < n_seeds && ok; seed++)
             ok = run(rig, seed);
@@ -202,31 +182,18 @@ static bool measure_scene(struct rig *rig, const struct lum_method *const *metho
     return ok;
 }
 
-static void close_rig(struct rig *rig)
+static void close_rig(void *of)
 {
+    struct rig *rig = of;
     lum_bench_reference_finish(&rig->reference);
-    lum_free(rig->picture);
-    lum_world_finish(&rig->world);
+    lum_bench_stand_close(&rig->at);
 }
 
 int lum_bench_budgets(const struct lum_bench_options *options)
 {
-    const struct lum_method *methods[LUM_BENCH_METHODS];
-    size_t n_methods;
+    const struct lum_bench_tour tour = {METHODS, sizeof(struct rig), measure_scene, close_rig};
     struct lum_bench_table table = LUM_BENCH_TABLE(columns);
-    struct lum_bench_places *places = lum_calloc(1, sizeof *places);
-    struct rig *rig = lum_calloc(1, sizeof *rig);
-    bool ok = places && rig ? lum_bench_find_methods(options->methods ? options->methods : METHODS, methods, &n_methods)
-                            : failed("out of memory");
-    if (ok)
-        lum_bench_list_places(options, places);
-    for (size_t i = 0; i < (ok ? places->n : 0) && ok; i++) {
-        *rig = (struct rig){.options = options, .place = &places->items[i]};
-        ok = measure_scene(rig, methods, n_methods, &table);
-        close_rig(rig);
-    }
+    bool ok = lum_bench_go(&tour, options, &table);
     ok = lum_bench_table_finish(&table, options, "budgets") && ok;
-    lum_free(rig);
-    lum_free(places);
     return ok ? 0 : 1;
 }

@@ -7,7 +7,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "server/world/apply.h"
 #include "tests/bench/places.h"
 #include "tests/bench/reference.h"
 #include "tests/bench/table.h"
@@ -29,21 +28,11 @@ struct readings {
 };
 
 struct rig {
-    const struct lum_bench_options *options;
-    const struct lum_bench_place *place;
-    struct lum_world world;
-    struct lum_view_settings settings;
+    struct lum_bench_stand at;
     const struct lum_method *method;
     struct lum_bench_reference smooth, centers; /* with antialiasing, and without */
-    float *picture;
     struct readings readings[WHENS];
 };
-
-static bool failed(const char *text)
-{
-    fprintf(stderr, "lumend-bench: %s\n", text);
-    return false;
-}
 
 /* ---- a reading ---- */
 
@@ -59,9 +48,9 @@ static void note_reading(struct rig *rig, const struct lum_view *view, const str
         r->n_unknown++;
         return;
     }
-    lum_bench_picture_of(view, rig->picture);
+    lum_bench_picture_of(view, rig->at.picture);
     bool smooth = rig->method->serves[LUM_EFFECT_ANTIALIAS] != NULL;
-    r->is[r->n] = lum_bench_rms_of_picture(smooth ? &rig->smooth : &rig->centers, rig->picture);
+    r->is[r->n] = lum_bench_rms_of_picture(smooth ? &rig->smooth : &rig->centers, rig->at.picture);
     r->rel[r->n] = stats->error.rel;
     r->bound[r->n] = stats->error.bound;
     r->n_covered += r->is[r->n] <= (r->limit > 0.0 ? r->limit : r->bound[r->n]);
@@ -71,8 +60,8 @@ static void note_reading(struct rig *rig, const struct lum_view *view, const str
 static bool pass(struct rig *rig, struct lum_view *view, struct lum_pass_stats *ret_stats)
 {
     struct lum_error err = {0};
-    return lum_view_pass(view, rig->world.snapshot, &rig->settings, NULL, ret_stats, &err) == LUM_OK ||
-           failed(err.text);
+    return lum_view_pass(view, rig->at.world.snapshot, &rig->at.settings, NULL, ret_stats, &err) == LUM_OK ||
+           lum_bench_failed(err.text);
 }
 
 /* ---- a seed ---- */
@@ -104,14 +93,14 @@ static bool measure_first(struct rig *rig, struct lum_view *view)
 
 static bool measure_moved(struct rig *rig, struct lum_view *view)
 {
-    struct lum_camera camera = rig->settings.camera;
+    struct lum_camera camera = rig->at.settings.camera;
     struct lum_pass_stats stats;
     bool ok = true;
     for (uint32_t left = STEPS + 1; left-- > 0 && ok;) {
-        rig->settings.camera = before(camera, left);
+        rig->at.settings.camera = before(camera, left);
         ok = pass(rig, view, &stats);
     }
-    rig->settings.camera = camera;
+    rig->at.settings.camera = camera;
     if (ok)
         note_reading(rig, view, &stats, MOVED);
     return ok;
@@ -138,7 +127,7 @@ static bool measure(struct rig *rig, bool (*fn)(struct rig *rig, struct lum_view
 {
     struct lum_error err = {0};
     struct lum_view *view = NULL;
-    bool ok = lum_view_create(rig->world.pool, &view, &err) == LUM_OK ? fn(rig, view) : failed(err.text);
+    bool ok = lum_view_create(rig->at.world.pool, &view, &err) == LUM_OK ? fn(rig, view) : lum_bench_failed(err.text);
     lum_view_destroy(view);
     return ok;
 }
@@ -147,9 +136,9 @@ static bool measure(struct rig *rig, bool (*fn)(struct rig *rig, struct lum_view
 
 static bool make_reference(struct rig *rig, bool antialias, struct lum_bench_reference *ret_reference)
 {
-    struct lum_view_settings settings = rig->settings;
+    struct lum_view_settings settings = rig->at.settings;
     settings.antialias = antialias;
-    struct lum_bench_truth truth = lum_bench_truth_of(rig->options, &rig->world, &settings);
+    struct lum_bench_truth truth = lum_bench_truth_of(rig->at.options, &rig->at.world, &settings);
     truth.least_spp = truth.most_spp;
     truth.or_more = true;
     return lum_bench_reference_make(ret_reference, &truth);
@@ -157,18 +146,11 @@ static bool make_reference(struct rig *rig, bool antialias, struct lum_bench_ref
 
 static bool open_rig(struct rig *rig)
 {
-    struct lum_error err = {0};
-    if (!lum_bench_world(rig->place->source, 0, &rig->world))
+    if (!lum_bench_stand_open(&rig->at, (const uint32_t[]){240, 160}, (const uint32_t[]){96, 64}))
         return false;
-    rig->settings = lum_view_settings_default();
-    if (lum_apply_settings(lum_world_render(&rig->world), &rig->settings, &err) != LUM_OK)
-        return failed(err.text);
-    lum_bench_size(rig->options, (const uint32_t[]){240, 160}, (const uint32_t[]){96, 64}, &rig->settings);
-    rig->settings.max_spp = LUM_LIMIT_SPP;
-    rig->settings.error_share = SHARE;
-    rig->picture = lum_calloc(3 * (size_t)rig->settings.w * rig->settings.h, sizeof *rig->picture);
-    return rig->picture ? lum_bench_place_camera(rig->place, &rig->world, &rig->settings.camera)
-                        : failed("out of memory");
+    rig->at.settings.max_spp = LUM_LIMIT_SPP;
+    rig->at.settings.error_share = SHARE;
+    return true;
 }
 
 static const struct lum_bench_column columns[] = {
@@ -197,7 +179,7 @@ static void tell(struct rig *rig, enum when when, struct lum_bench_table *table)
             rel[n_known] = r->rel[i] / r->is[i];
             bound[n_known++] = r->bound[i] / r->is[i];
         }
-    LUM_BENCH_TEXTS(table, rig->place->scene, rig->method->name, when_names[when]);
+    LUM_BENCH_TEXTS(table, rig->at.place->scene, rig->method->name, when_names[when]);
     LUM_BENCH_NUMBERS(table, (double)r->n, (double)r->n_unknown,
                       r->n ? (double)r->n_covered / (double)r->n : (double)NAN, lum_bench_quantile(r->is, r->n, 0.5),
                       lum_bench_quantile(rel, n_known, 0.5), lum_bench_quantile(bound, n_known, 0.5),
@@ -207,16 +189,16 @@ static void tell(struct rig *rig, enum when when, struct lum_bench_table *table)
 
 static bool measure_method(struct rig *rig, struct lum_bench_table *table)
 {
-    uint32_t n_seeds = rig->options->quick ? QUICK_SEEDS : (uint32_t)rig->options->seeds;
+    uint32_t n_seeds = rig->at.options->quick ? QUICK_SEEDS : (uint32_t)rig->at.options->seeds;
     memset(rig->readings, 0, sizeof rig->readings);
-    rig->settings.method = rig->method;
+    rig->at.settings.method = rig->method;
     for (uint32_t seed = 0; seed < n_seeds; seed++) {
-        rig->settings.seed = seed;
+        rig->at.settings.seed = seed;
         if (!measure(rig, measure_first) || !measure(rig, measure_moved))
             return false;
     }
     for (uint32_t seed = 0; seed < n_seeds && lum_method_adds_samples(rig->method); seed++) {
-        rig->settings.seed = seed;
+        rig->at.settings.seed = seed;
         if (!measure(rig, measure_stopped))
             return false;
     }
@@ -225,49 +207,36 @@ static bool measure_method(struct rig *rig, struct lum_bench_table *table)
     return true;
 }
 
-static bool measure_scene(struct rig *rig, const struct lum_method *const *methods, size_t n_methods,
-                          struct lum_bench_table *table)
+static bool measure_scene(void *of, void *table)
 {
-    lum_bench_progress("errors: %s", rig->place->scene);
+    struct rig *rig = of;
+    lum_bench_progress("errors: %s", rig->at.place->scene);
     if (!open_rig(rig)) {
-        printf("skipped: %s\n", rig->place->scene);
+        printf("skipped: %s\n", rig->at.place->scene);
         return true;
     }
     bool ok = make_reference(rig, true, &rig->smooth) && make_reference(rig, false, &rig->centers);
-    for (size_t m = 0; m < n_methods && ok; m++) {
-        lum_bench_progress("errors: %s: %s", rig->place->scene, methods[m]->name);
-        rig->method = methods[m];
+    for (size_t m = 0; m < rig->at.n_methods && ok; m++) {
+        lum_bench_progress("errors: %s: %s", rig->at.place->scene, rig->at.methods[m]->name);
+        rig->method = rig->at.methods[m];
         ok = measure_method(rig, table);
     }
     return ok;
 }
 
-static void close_rig(struct rig *rig)
+static void close_rig(void *of)
 {
+    struct rig *rig = of;
     lum_bench_reference_finish(&rig->smooth);
     lum_bench_reference_finish(&rig->centers);
-    lum_free(rig->picture);
-    lum_world_finish(&rig->world);
+    lum_bench_stand_close(&rig->at);
 }
 
 int lum_bench_errors(const struct lum_bench_options *options)
 {
-    const struct lum_method *methods[LUM_BENCH_METHODS];
-    size_t n_methods;
+    const struct lum_bench_tour tour = {METHODS, sizeof(struct rig), measure_scene, close_rig};
     struct lum_bench_table table = LUM_BENCH_TABLE(columns);
-    struct lum_bench_places *places = lum_calloc(1, sizeof *places);
-    struct rig *rig = lum_calloc(1, sizeof *rig);
-    bool ok = places && rig ? lum_bench_find_methods(options->methods ? options->methods : METHODS, methods, &n_methods)
-                            : failed("out of memory");
-    if (ok)
-        lum_bench_list_places(options, places);
-    for (size_t i = 0; i < (ok ? places->n : 0) && ok; i++) {
-        *rig = (struct rig){.options = options, .place = &places->items[i]};
-        ok = measure_scene(rig, methods, n_methods, &table);
-        close_rig(rig);
-    }
+    bool ok = lum_bench_go(&tour, options, &table);
     ok = lum_bench_table_finish(&table, options, "errors") && ok;
-    lum_free(rig);
-    lum_free(places);
     return ok ? 0 : 1;
 }

@@ -73,19 +73,13 @@ struct configs {
     size_t n;
 };
 
-static bool failed(const char *text)
-{
-    fprintf(stderr, "lumend-bench: %s\n", text);
-    return false;
-}
-
 /* ---- frames ---- */
 
 static bool run_frame(const struct rig *r, const struct config *c, struct lum_pass_stats *ret_stats)
 {
     struct lum_error err = {0};
     if (lum_view_pass(c->view, r->world.snapshot, &c->settings, NULL, ret_stats, &err) != LUM_OK)
-        return failed(err.text);
+        return lum_bench_failed(err.text);
     if (ret_stats->nonfinite == 0 && ret_stats->bad_rays == 0)
         return true;
     fprintf(stderr, "lumend-bench: %s: %llu values are not finite, %llu rays were not fit to trace\n",
@@ -107,10 +101,10 @@ static bool open_config(const struct rig *r, struct config *c)
 {
     struct lum_error err = {0};
     if (lum_view_create(r->world.pool, &c->view, &err) != LUM_OK)
-        return failed(err.text);
+        return lum_bench_failed(err.text);
     if (lum_caches_create(lum_pool_size(r->world.pool), &c->caches, &err) != LUM_OK) {
         lum_view_destroy(c->view);
-        return failed(err.text);
+        return lum_bench_failed(err.text);
     }
     lum_view_share(c->view, c->caches);
     return true;
@@ -213,9 +207,9 @@ static bool apply(struct rig *r, const struct lum_ops *ops)
     struct lum_proto_error perr;
     struct lum_error err = {0};
     if (!lum_world_apply(&r->world, &(struct lum_edit){.user = "bench", .ops = ops}, &changes, &perr))
-        return failed(perr.text);
+        return lum_bench_failed(perr.text);
     lum_changes_finish(&changes);
-    return lum_world_commit(&r->world, &err) == LUM_OK || failed(err.text);
+    return lum_world_commit(&r->world, &err) == LUM_OK || lum_bench_failed(err.text);
 }
 
 /* The edits of the next instant. */
@@ -293,12 +287,12 @@ static bool open_rig(struct rig *r, const struct lum_bench_options *options, con
     snprintf(replay, sizeof replay, "%s-moves", scene);
     if (lum_replay_builtin(replay) && !lum_edits_load(replay, &r->moves, &perr)) {
         close_rig(r);
-        return failed(perr.text);
+        return lum_bench_failed(perr.text);
     }
     if (lum_snapshot_camera(r->world.snapshot, NULL, &r->settings.camera, &err) == LUM_OK)
         return true;
     close_rig(r);
-    return failed(err.text);
+    return lum_bench_failed(err.text);
 }
 
 /* Of what the views show of a part. */
@@ -407,7 +401,7 @@ static bool refine(struct rig *r, uint32_t segments)
              segments, segments);
     struct lum_ops ops;
     if (!lum_ops_from_jsonl(text, strlen(text), &ops, &perr))
-        return failed(perr.text);
+        return lum_bench_failed(perr.text);
     bool ok = apply(r, &ops);
     lum_ops_finish(&ops);
     return ok;
@@ -457,7 +451,7 @@ int lum_bench_instant(const struct lum_bench_options *options)
 {
     struct instant_study *study = lum_calloc(1, sizeof *study);
     if (!study)
-        return failed("out of memory"), 1;
+        return lum_bench_failed("out of memory"), 1;
     lum_thread_init_fp();
     bool ok = true;
     if (options->scene) {
@@ -479,7 +473,7 @@ int lum_bench_growth(const struct lum_bench_options *options)
 {
     struct instant_study *study = lum_calloc(1, sizeof *study);
     if (!study)
-        return failed("out of memory"), 1;
+        return lum_bench_failed("out of memory"), 1;
     lum_thread_init_fp();
     bool ok = true;
     for (size_t i = 0; ok && i < LUM_ARRAY_LEN(growth); i += options->quick ? 2 : 1)

@@ -5,18 +5,13 @@
 #include <string.h>
 
 #include "server/world/apply.h"
+#include "tests/bench/bench.h"
 
 #define RADIUS 0.15  /* of the ball, over half the height of the picture where it flies */
 #define STEP 0.05    /* a frame, the same */
 #define ADVANCE 0.01 /* of the eye, a frame, over the distance of the middle */
 #define TURN_DEG 1.0 /* a frame */
 #define FROM_EYE 0.6 /* where the ball is, over the distance of the middle */
-
-static bool failed(const char *text)
-{
-    fprintf(stderr, "lumend-bench: %s\n", text);
-    return false;
-}
 
 /* ---- where things are ---- */
 
@@ -78,13 +73,13 @@ static bool apply(struct lum_world *world, const char *text)
     struct lum_proto_error perr = {0};
     struct lum_error err = {0};
     if (!lum_ops_from_jsonl(text, strlen(text), &ops, &perr))
-        return failed(perr.text);
+        return lum_bench_failed(perr.text);
     bool ok = lum_world_apply(world, &(struct lum_edit){.user = "bench", .ops = &ops}, &changes, &perr);
     lum_ops_finish(&ops);
     if (!ok)
-        return failed(perr.text);
+        return lum_bench_failed(perr.text);
     lum_changes_finish(&changes);
-    return lum_world_commit(world, &err) == LUM_OK || failed(err.text);
+    return lum_world_commit(world, &err) == LUM_OK || lum_bench_failed(err.text);
 }
 
 bool lum_bench_motion_begin(const struct lum_bench_motion *m, struct lum_world *world)

@@ -131,3 +131,48 @@ bool lum_bench_place_camera(const struct lum_bench_place *place, struct lum_worl
     *ret_camera = lum_apply_camera(&wanted.found->camera);
     return true;
 }
+
+/* ---- a study's way through all places ---- */
+
+bool lum_bench_stand_open(struct lum_bench_stand *stand, const uint32_t whole[2], const uint32_t quick[2])
+{
+    struct lum_error err = {0};
+    if (!lum_bench_world(stand->place->source, 0, &stand->world))
+        return false;
+    stand->settings = lum_view_settings_default();
+    if (lum_apply_settings(lum_world_render(&stand->world), &stand->settings, &err) != LUM_OK)
+        return lum_bench_failed(err.text);
+    lum_bench_size(stand->options, whole, quick, &stand->settings);
+    stand->picture = lum_calloc(3 * (size_t)stand->settings.w * stand->settings.h, sizeof *stand->picture);
+    return stand->picture ? lum_bench_place_camera(stand->place, &stand->world, &stand->settings.camera)
+                          : lum_bench_failed("out of memory");
+}
+
+void lum_bench_stand_close(struct lum_bench_stand *stand)
+{
+    lum_free(stand->picture);
+    lum_world_finish(&stand->world);
+}
+
+bool lum_bench_go(const struct lum_bench_tour *tour, const struct lum_bench_options *options, void *results)
+{
+    const struct lum_method *methods[LUM_BENCH_METHODS];
+    size_t n_methods;
+    struct lum_bench_places *places = lum_calloc(1, sizeof *places);
+    struct lum_bench_stand *rig = lum_calloc(1, tour->rig_bytes);
+    bool ok = places && rig
+                  ? lum_bench_find_methods(options->methods ? options->methods : tour->methods, methods, &n_methods)
+                  : lum_bench_failed("out of memory");
+    if (ok)
+        lum_bench_list_places(options, places);
+    for (size_t i = 0; ok && i < places->n; i++) {
+        memset(rig, 0, tour->rig_bytes);
+        *rig = (struct lum_bench_stand){.options = options, .place = &places->items[i], .n_methods = n_methods};
+        memcpy(rig->methods, methods, sizeof methods);
+        ok = tour->measure(rig, results);
+        tour->close(rig);
+    }
+    lum_free(rig);
+    lum_free(places);
+    return ok;
+}

@@ -9,12 +9,6 @@
 #define RELMSE_ENOUGH 5e-4
 #define MOST_SPP 65536u
 
-static bool failed(const char *text)
-{
-    fprintf(stderr, "lumend-bench: %s\n", text);
-    return false;
-}
-
 /* picture NULL: the noise of the reference itself. */
 static double relmse_against(const struct lum_bench_reference *r, const float *picture)
 {
@@ -108,7 +102,7 @@ static bool keep(const struct lum_bench_reference *r, const char *path)
         else
             channels[k].pixels = &spp, channels[k].stride = 0;
     }
-    return lum_exr_write(path, r->w, r->h, channels, CHANNELS, NULL, 0, &err) == LUM_OK || failed(err.text);
+    return lum_exr_write(path, r->w, r->h, channels, CHANNELS, NULL, 0, &err) == LUM_OK || lum_bench_failed(err.text);
 }
 
 /* ---- making it ---- */
@@ -123,7 +117,7 @@ static bool trace_until(struct lum_bench_reference *r, struct lum_view *view, co
     s.seed = 1000003; /* independent of the pictures that are compared */
     while (stats.spp < spp)
         if (lum_view_pass(view, t->world->snapshot, &s, NULL, &stats, &err) != LUM_OK)
-            return failed(err.text);
+            return lum_bench_failed(err.text);
     r->spp = stats.spp;
     r->demand = stats.demand;
     read_halves(r, lum_view_film(view));
@@ -180,9 +174,9 @@ bool lum_bench_reference_make(struct lum_bench_reference *r, const struct lum_be
     float **const buffers[] = {&r->half[0], &r->half[1], &r->truth, &r->picture};
     for (size_t i = 0; i < LUM_ARRAY_LEN(buffers); i++)
         if (!(*buffers[i] = lum_calloc(n, sizeof(float))))
-            return failed("out of memory");
+            return lum_bench_failed("out of memory");
     if (lum_view_create(truth->world->pool, &view, &err) != LUM_OK)
-        return failed(err.text);
+        return lum_bench_failed(err.text);
     bool ok = trace_paths(r, view, truth);
     lum_view_destroy(view);
     return ok;

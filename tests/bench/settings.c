@@ -6,7 +6,6 @@
  * from scratch; the last one is compared. Times are those of a machine of its own (accuracy.c), rays are exact. */
 #include <string.h>
 
-#include "server/world/apply.h"
 #include "tests/bench/motion.h"
 #include "tests/bench/places.h"
 #include "tests/bench/reference.h"
@@ -30,29 +29,19 @@ struct way {
 };
 
 struct rig {
-    const struct lum_bench_options *options;
-    const struct lum_bench_place *place;
-    struct lum_world world;
-    struct lum_view_settings settings;
+    struct lum_bench_stand at;
     struct lum_bench_reference reference;
     struct lum_bench_motion motion;
     struct way ways[MAX_WAYS];
     size_t n_ways;
-    float *picture;
 };
-
-static bool failed(const char *text)
-{
-    fprintf(stderr, "lumend-bench: %s\n", text);
-    return false;
-}
 
 /* ---- ways ---- */
 
 static struct lum_view_settings *add_way(struct rig *rig, uint32_t side, const char *setting)
 {
     struct way *w = &rig->ways[rig->n_ways++];
-    w->settings = rig->settings;
+    w->settings = rig->at.settings;
     w->settings.preview = side;
     if (side > 1)
         snprintf(w->name, sizeof w->name, "blocks of %u%s%s", side, *setting ? ", " : "", setting);
@@ -65,7 +54,7 @@ static struct lum_view_settings *add_way(struct rig *rig, uint32_t side, const c
 static void list_ways(struct rig *rig, const struct lum_method *method)
 {
     static const uint32_t sides[] = {1, 2, 4, 8};
-    rig->settings.method = method;
+    rig->at.settings.method = method;
     rig->n_ways = 0;
     memset(rig->ways, 0, sizeof rig->ways);
     for (size_t i = 0; i < LUM_ARRAY_LEN(sides); i++) {
@@ -90,14 +79,9 @@ static void list_ways(struct rig *rig, const struct lum_method *method)
 
 static bool open_ways(struct rig *rig)
 {
-    struct lum_error err = {0};
-    for (size_t i = 0; i < rig->n_ways; i++) {
-        struct way *w = &rig->ways[i];
-        if (lum_view_create(rig->world.pool, &w->view, &err) != LUM_OK ||
-            lum_caches_create(lum_pool_size(rig->world.pool), &w->caches, &err) != LUM_OK)
-            return failed(err.text);
-        lum_view_share(w->view, w->caches);
-    }
+    for (size_t i = 0; i < rig->n_ways; i++)
+        if (!lum_bench_open_view(rig->at.world.pool, &rig->ways[i].view, &rig->ways[i].caches))
+            return false;
     return true;
 }
 
@@ -117,9 +101,9 @@ static bool run_frame(struct rig *rig, struct way *w, bool counts)
     struct lum_pass_stats stats;
     struct lum_error err = {0};
     int64_t begin_ns = lum_cpu_clock_ns();
-    if (lum_view_pass(w->view, rig->world.snapshot, &w->settings, NULL, &stats, &err) != LUM_OK)
-        return failed(err.text);
-    double ms = stats.cpu_ms / lum_pool_size(rig->world.pool) + (double)(lum_cpu_clock_ns() - begin_ns) * 1e-6;
+    if (lum_view_pass(w->view, rig->at.world.snapshot, &w->settings, NULL, &stats, &err) != LUM_OK)
+        return lum_bench_failed(err.text);
+    double ms = stats.cpu_ms / lum_pool_size(rig->at.world.pool) + (double)(lum_cpu_clock_ns() - begin_ns) * 1e-6;
     if (counts)
         w->ms[w->n++] = ms;
     else
@@ -131,7 +115,7 @@ static bool run_frame(struct rig *rig, struct way *w, bool counts)
 
 static uint32_t n_poses(const struct rig *rig)
 {
-    return rig->options->quick ? QUICK_POSES : POSES;
+    return rig->at.options->quick ? QUICK_POSES : POSES;
 }
 
 /* The first pose builds all and does not count. */
@@ -144,7 +128,7 @@ static bool measure_seed(struct rig *rig, uint32_t seed)
     }
     for (uint32_t pose = 0; pose <= n_poses(rig) && ok; pose++) {
         struct lum_camera camera;
-        ok = lum_bench_motion_pose(&rig->motion, pose, &rig->world, &camera);
+        ok = lum_bench_motion_pose(&rig->motion, pose, &rig->at.world, &camera);
         for (size_t i = 0; i < rig->n_ways && ok; i++) {
             rig->ways[i].settings.camera = camera;
             rig->ways[i].settings.seed = seed + 1; /* the reference's is 0 */
@@ -153,8 +137,8 @@ static bool measure_seed(struct rig *rig, uint32_t seed)
     }
     for (size_t i = 0; i < rig->n_ways && ok; i++) {
         struct way *w = &rig->ways[i];
-        lum_bench_picture_of(w->view, rig->picture);
-        struct lum_bench_error error = lum_bench_error_of_picture(&rig->reference, rig->picture);
+        lum_bench_picture_of(w->view, rig->at.picture);
+        struct lum_bench_error error = lum_bench_error_of_picture(&rig->reference, rig->at.picture);
         w->relmse[seed] = error.relmse;
         w->smape[seed] = error.smape;
     }
@@ -189,7 +173,7 @@ static void tell(const struct rig *rig, const struct way *w, uint32_t seeds, str
         base_relmse += base->relmse[s] / seeds;
         base_smape += base->smape[s] / seeds;
     }
-    LUM_BENCH_TEXTS(table, rig->place->scene, w->settings.method->name, w->name);
+    LUM_BENCH_TEXTS(table, rig->at.place->scene, w->settings.method->name, w->name);
     LUM_BENCH_NUMBERS(table, lum_bench_median_of(w->ms, w->n), lum_bench_median_of(ratio, w->n), w->rays / base->rays,
                       lum_bench_median_of(w->first_ms, w->n_first), relmse, smape, relmse / base_relmse,
                       smape / base_smape);
@@ -197,9 +181,9 @@ static void tell(const struct rig *rig, const struct way *w, uint32_t seeds, str
 
 static bool measure_method(struct rig *rig, const struct lum_method *method, struct lum_bench_table *table)
 {
-    uint32_t most = rig->options->quick ? 1 : MAX_SEEDS;
-    uint32_t seeds = rig->options->seeds < most ? rig->options->seeds : most;
-    lum_bench_progress("settings: %s: %s", rig->place->scene, method->name);
+    uint32_t most = rig->at.options->quick ? 1 : MAX_SEEDS;
+    uint32_t seeds = rig->at.options->seeds < most ? rig->at.options->seeds : most;
+    lum_bench_progress("settings: %s: %s", rig->at.place->scene, method->name);
     list_ways(rig, method);
     bool ok = open_ways(rig);
     for (uint32_t seed = 0; seed < seeds && ok; seed++)
@@ -210,63 +194,43 @@ static bool measure_method(struct rig *rig, const struct lum_method *method, str
     return ok;
 }
 
-static bool open_rig(struct rig *rig)
-{
-    struct lum_error err = {0};
-    if (!lum_bench_world(rig->place->source, 0, &rig->world))
-        return false;
-    rig->settings = lum_view_settings_default();
-    if (lum_apply_settings(lum_world_render(&rig->world), &rig->settings, &err) != LUM_OK)
-        return failed(err.text);
-    lum_bench_size(rig->options, (const uint32_t[]){600, 400}, (const uint32_t[]){96, 64}, &rig->settings);
-    rig->picture = lum_calloc(3 * (size_t)rig->settings.w * rig->settings.h, sizeof *rig->picture);
-    return rig->picture ? lum_bench_place_camera(rig->place, &rig->world, &rig->settings.camera)
-                        : failed("out of memory");
-}
-
 /* Of the last pose. */
 static bool make_reference(struct rig *rig)
 {
-    struct lum_view_settings settings = rig->settings;
-    rig->motion = lum_bench_motion_plan(&rig->world, &rig->settings);
-    if (!lum_bench_motion_begin(&rig->motion, &rig->world) ||
-        !lum_bench_motion_pose(&rig->motion, n_poses(rig), &rig->world, &settings.camera))
+    struct lum_view_settings settings = rig->at.settings;
+    rig->motion = lum_bench_motion_plan(&rig->at.world, &rig->at.settings);
+    if (!lum_bench_motion_begin(&rig->motion, &rig->at.world) ||
+        !lum_bench_motion_pose(&rig->motion, n_poses(rig), &rig->at.world, &settings.camera))
         return false;
-    struct lum_bench_truth truth = lum_bench_truth_of(rig->options, &rig->world, &settings);
+    struct lum_bench_truth truth = lum_bench_truth_of(rig->at.options, &rig->at.world, &settings);
     truth.or_more = true;
     return lum_bench_reference_make(&rig->reference, &truth);
 }
 
-static void close_rig(struct rig *rig)
+static void close_rig(void *of)
 {
+    struct rig *rig = of;
     lum_bench_reference_finish(&rig->reference);
-    lum_free(rig->picture);
-    lum_world_finish(&rig->world);
+    lum_bench_stand_close(&rig->at);
+}
+
+static bool measure_scene(void *of, void *table)
+{
+    struct rig *rig = of;
+    lum_bench_progress("settings: %s: reference", rig->at.place->scene);
+    bool ok =
+        lum_bench_stand_open(&rig->at, (const uint32_t[]){600, 400}, (const uint32_t[]){96, 64}) && make_reference(rig);
+    for (size_t m = 0; m < rig->at.n_methods && ok; m++)
+        ok = measure_method(rig, rig->at.methods[m], table);
+    return ok;
 }
 
 int lum_bench_settings(const struct lum_bench_options *options)
 {
-    const struct lum_method *methods[LUM_BENCH_METHODS];
-    size_t n_methods;
+    const struct lum_bench_tour tour = {options->quick ? QUICK_METHODS : METHODS, sizeof(struct rig), measure_scene,
+                                        close_rig};
     struct lum_bench_table table = LUM_BENCH_TABLE(columns);
-    struct lum_bench_places *places = lum_calloc(1, sizeof *places);
-    struct rig *rig = lum_calloc(1, sizeof *rig);
-    const char *list = options->methods ? options->methods : options->quick ? QUICK_METHODS : METHODS;
-    bool ok = places && rig ? lum_bench_find_methods(list, methods, &n_methods) : failed("out of memory");
-    if (ok)
-        lum_bench_list_places(options, places);
-    for (size_t i = 0; i < (ok ? places->n : 0) && ok; i++) {
-        memset(rig, 0, sizeof *rig);
-        rig->options = options;
-        rig->place = &places->items[i];
-        lum_bench_progress("settings: %s: reference", rig->place->scene);
-        ok = open_rig(rig) && make_reference(rig);
-        for (size_t m = 0; m < n_methods && ok; m++)
-            ok = measure_method(rig, methods[m], &table);
-        close_rig(rig);
-    }
+    bool ok = lum_bench_go(&tour, options, &table);
     ok = lum_bench_table_finish(&table, options, "settings") && ok;
-    lum_free(rig);
-    lum_free(places);
     return ok ? 0 : 1;
 }

@@ -45,10 +45,10 @@ static void pixel_at(const struct sweep *sw, uint32_t k, uint32_t *ret_x, uint32
 {
     uint32_t cell =
         sw->stride > LUM_TILE_SIDE ? sw->stride : LUM_TILE_SIDE; /* pixels a side that hold a tile's share */
-    uint32_t sites = cell / sw->stride, in_row = sw->side / cell;
-    uint32_t c = k / (sites * sites), i = k % (sites * sites);
-    *ret_x = c % in_row * cell + i % sites * sw->stride;
-    *ret_y = c / in_row * cell + i / sites * sw->stride;
+    uint32_t per_side = cell / sw->stride, in_row = sw->side / cell;
+    uint32_t c = k / (per_side * per_side), i = k % (per_side * per_side);
+    *ret_x = c % in_row * cell + i % per_side * sw->stride;
+    *ret_y = c / in_row * cell + i / per_side * sw->stride;
 }
 
 static void fill(const struct sweep *sw, uint32_t b, struct batch *ret_batch)

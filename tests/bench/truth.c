@@ -13,12 +13,6 @@
 
 #include "server/world/apply.h"
 
-static bool failed(const char *text)
-{
-    fprintf(stderr, "lumend-bench: %s\n", text);
-    return false;
-}
-
 /* ---- a scene ---- */
 
 static bool open_rig(struct truth_rig *rig, const struct lum_bench_place *place)
@@ -29,7 +23,7 @@ static bool open_rig(struct truth_rig *rig, const struct lum_bench_place *place)
         return false;
     rig->settings = lum_view_settings_default();
     if (lum_apply_settings(lum_world_render(&rig->world), &rig->settings, &err) != LUM_OK)
-        return failed(err.text);
+        return lum_bench_failed(err.text);
     rig->settings.w = rig->options->quick ? 120 : 600;
     rig->settings.h = rig->options->quick ? 80 : 400;
     rig->settings.max_spp = LUM_LIMIT_SPP;
@@ -62,7 +56,7 @@ static bool make_room(struct truth_study *s, size_t n_scenes)
     s->rows = lum_calloc(s->max_rows, sizeof *s->rows);
     s->costs = lum_calloc(s->max_costs, sizeof *s->costs);
     s->effects = lum_calloc(s->max_effects, sizeof *s->effects);
-    return (s->rows && s->costs && s->effects) || failed("out of memory");
+    return (s->rows && s->costs && s->effects) || lum_bench_failed("out of memory");
 }
 
 static void free_study(struct truth_study *s)
@@ -79,7 +73,7 @@ int lum_bench_truth_study(const struct lum_bench_options *options)
     struct lum_bench_places *places = lum_calloc(1, sizeof *places);
     bool ok = places ? lum_bench_find_methods(options->methods ? options->methods : "live,path", methods.methods,
                                               &methods.n_methods)
-                     : failed("out of memory");
+                     : lum_bench_failed("out of memory");
     if (ok) {
         lum_bench_list_places(options, places);
         ok = make_room(&study, places->n) && truth_page_open(&study, options);

@@ -18,12 +18,6 @@
      LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY))
 #define LEAST_SHARE 1e-3 /* of all light: below, a ratio says nothing */
 
-static bool failed(const char *text)
-{
-    fprintf(stderr, "lumend-bench: %s\n", text);
-    return false;
-}
-
 /* The pictures that effects are measured from: with none, and with lamps. */
 enum base { BASE_NONE, BASE_LAMPS, BASE_COUNT };
 static const uint32_t base_effects[BASE_COUNT] = {0, LAMPS};
@@ -67,7 +61,7 @@ static bool make_frame(const struct truth_rig *rig, const struct lum_method *met
     }
     size_t n = (size_t)rig->settings.w * rig->settings.h;
     if (ok && !(ret_part->values = lum_calloc(n, sizeof(float))))
-        ok = failed("out of memory");
+        ok = lum_bench_failed("out of memory");
     for (size_t i = 0; i < n && ok; i++)
         ret_part->values[i] = lum_luminance(
             lum_film_mean(lum_view_film(view.view), (uint32_t)(i % rig->settings.w), (uint32_t)(i / rig->settings.w)));
@@ -122,7 +116,7 @@ static bool measure_method(struct effects_bench *b, size_t m, uint32_t effect, c
     snprintf(e->scene, sizeof e->scene, "%s", rig->scene);
     struct lum_blocks_input in = {
         rig->settings.w, rig->settings.h, part.values, truth->luminance, {truth->halves[0], truth->halves[1]}};
-    bool ok = lum_blocks_compare(&in, NULL, &e->blocks, &err) == LUM_OK || failed(err.text);
+    bool ok = lum_blocks_compare(&in, NULL, &e->blocks, &err) == LUM_OK || lum_bench_failed(err.text);
     if (!(share >= LEAST_SHARE))
         e->blocks.n_counted = 0;
     else if (ok)

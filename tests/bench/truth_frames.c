@@ -9,12 +9,6 @@ const double truth_times_s[TRUTH_TIMES] = {0.1, 0.3, 1.0, 3.0, 10.0, 30.0};
 
 #define ROUNDS 3u
 
-static bool failed(const char *text)
-{
-    fprintf(stderr, "lumend-bench: %s\n", text);
-    return false;
-}
-
 static size_t pixel_count(const struct truth_rig *rig)
 {
     return (size_t)rig->settings.w * rig->settings.h;
@@ -24,14 +18,9 @@ static size_t pixel_count(const struct truth_rig *rig)
 
 bool truth_view_open(const struct truth_rig *rig, const struct lum_method *method, struct truth_view *ret_view)
 {
-    struct lum_error err = {0};
     *ret_view = (struct truth_view){.settings = rig->settings};
     ret_view->settings.method = method;
-    if (lum_view_create(rig->world.pool, &ret_view->view, &err) != LUM_OK ||
-        lum_caches_create(lum_pool_size(rig->world.pool), &ret_view->caches, &err) != LUM_OK)
-        return failed(err.text);
-    lum_view_share(ret_view->view, ret_view->caches);
-    return true;
+    return lum_bench_open_view(rig->world.pool, &ret_view->view, &ret_view->caches);
 }
 
 void truth_view_close(struct truth_view *view)
@@ -53,7 +42,7 @@ bool truth_pass(const struct truth_rig *rig, const struct truth_view *view, stru
     struct lum_error err = {0};
     int64_t begin_ns = lum_cpu_clock_ns();
     if (lum_view_pass(view->view, rig->world.snapshot, &view->settings, NULL, ret_stats, &err) != LUM_OK)
-        return failed(err.text);
+        return lum_bench_failed(err.text);
     double between_s = (double)(lum_cpu_clock_ns() - begin_ns) * 1e-9;
     inout_time->own_s += ret_stats->cpu_ms * 1e-3 / lum_pool_size(rig->world.pool) + between_s;
     inout_time->wall_s += ret_stats->ms * 1e-3;
@@ -85,7 +74,7 @@ bool truth_reference_make(const struct truth_rig *rig, const struct lum_view_set
         return false;
     float *values = ret_reference->luminance = lum_calloc(3 * n, sizeof *values);
     if (!values)
-        return failed("out of memory");
+        return lum_bench_failed("out of memory");
     find_luminance(ret_reference->r.truth, n, values);
     for (int i = 0; i < 2; i++) {
         ret_reference->halves[i] = values + (size_t)(i + 1) * n;
@@ -119,7 +108,7 @@ static bool judge(const struct truth_reference *ref, const float *picture, doubl
     size_t n = (size_t)ref->r.w * ref->r.h;
     float *luminance = lum_calloc(n, sizeof *luminance);
     if (!luminance)
-        return failed("out of memory");
+        return lum_bench_failed("out of memory");
     find_luminance(picture, n, luminance);
     struct lum_blocks_input in = {ref->r.w, ref->r.h, luminance, ref->luminance, {ref->halves[0], ref->halves[1]}};
     enum lum_status st = lum_blocks_compare(&in, ret_ratios, &inout_row->blocks, &err);
@@ -127,7 +116,7 @@ static bool judge(const struct truth_reference *ref, const float *picture, doubl
     inout_row->error_rms = error_rms(ref, luminance, n);
     inout_row->reference_spp = ref->r.spp;
     lum_free(luminance);
-    return !st || failed(err.text);
+    return !st || lum_bench_failed(err.text);
 }
 
 static struct truth_row new_row(const struct truth_rig *rig, const struct lum_method *method, const char *when)
@@ -146,7 +135,7 @@ bool truth_tell_picture(struct truth_rig *rig, const struct truth_reference *ref
     struct lum_blocks_grid grid = lum_blocks_grid(ref->r.w, ref->r.h);
     double *ratios = lum_calloc((size_t)grid.nx * grid.ny, sizeof *ratios);
     if (!ratios)
-        return failed("out of memory");
+        return lum_bench_failed("out of memory");
     bool ok = judge(ref, picture, ratios, row);
     if (ok) {
         rig->study->rows[rig->study->n_rows++] = *row;
@@ -224,7 +213,7 @@ static bool measure_rough(struct truth_rig *rig, const struct lum_method *method
     struct lum_pass_stats stats;
     struct truth_row row = new_row(rig, method, "rough");
     float *picture = lum_calloc(3 * pixel_count(rig), sizeof *picture);
-    bool ok = picture ? truth_view_open(rig, method, &view) : failed("out of memory");
+    bool ok = picture ? truth_view_open(rig, method, &view) : lum_bench_failed("out of memory");
     view.settings.preview = ok ? lum_pace_choose(&(struct lum_pace){0}, method, LUM_PREVIEW_MS).side : 0;
     if (ok && truth_pass(rig, &view, &stats, &time)) {
         row.own_s = time.own_s;
@@ -253,7 +242,7 @@ bool truth_measure_rest(struct truth_rig *rig)
         ok = truth_view_open(rig, rig->methods[m], &r.view);
         r.shown = ok ? lum_calloc(3 * pixel_count(rig), sizeof *r.shown) : NULL;
         if (ok && !r.shown)
-            ok = failed("out of memory");
+            ok = lum_bench_failed("out of memory");
         ok = ok && rest_until(rig, &r);
         lum_free(r.shown);
         truth_view_close(&r.view);

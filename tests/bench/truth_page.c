@@ -7,12 +7,6 @@
 #include "server/stream/png.h"
 #include "tests/bench/truth.h"
 
-static bool failed(const char *text)
-{
-    fprintf(stderr, "lumend-bench: %s\n", text);
-    return false;
-}
-
 bool truth_page_open(struct truth_study *study, const struct lum_bench_options *options)
 {
     study->page = lum_bench_open(options, "truth.html");
@@ -52,7 +46,7 @@ static bool write_png(const struct truth_rig *rig, const char *name, const struc
     char path[4096];
     struct lum_error err = {0};
     snprintf(path, sizeof path, "%s/%s", rig->options->out, name);
-    return lum_png_write(path, png, &err) == LUM_OK || failed(err.text);
+    return lum_png_write(path, png, &err) == LUM_OK || lum_bench_failed(err.text);
 }
 
 /* White at 1, red above, blue below. */
@@ -75,7 +69,7 @@ static bool write_map(const struct truth_rig *rig, const char *name, const doubl
     size_t n = (size_t)grid.nx * grid.ny;
     uint8_t *rgb = lum_calloc(n, 3);
     if (!rgb)
-        return failed("out of memory");
+        return lum_bench_failed("out of memory");
     for (size_t i = 0; i < n; i++)
         map_color(ratios[i], rgb + 3 * i);
     bool ok = write_png(rig, name, &(struct lum_png){rgb, grid.nx, grid.ny, 6});
@@ -95,7 +89,7 @@ bool truth_page_picture(const struct truth_rig *rig, const char *title, const ch
     size_t n = (size_t)rig->settings.w * rig->settings.h;
     uint8_t *rgb = lum_calloc(n, 3);
     if (!rgb)
-        return failed("out of memory");
+        return lum_bench_failed("out of memory");
     for (size_t i = 0; i < n; i++)
         lum_tone_pixel(lum_rgb(picture[3 * i], picture[3 * i + 1], picture[3 * i + 2]), rig->white, LUM_TONE_AGX,
                        rgb + 3 * i);
@@ -122,7 +116,7 @@ static bool expose(struct truth_rig *rig)
     struct lum_error err = {0};
     uint64_t nonfinite = 0;
     if (lum_film_init(&film, rig->settings.w, rig->settings.h, &err) != LUM_OK)
-        return failed(err.text);
+        return lum_bench_failed(err.text);
     for (size_t i = 0; i < (size_t)film.w * film.h; i++) {
         const float *v = rig->reference.r.truth + 3 * i;
         lum_film_set(&film, (uint32_t)(i % film.w), (uint32_t)(i / film.w), lum_rgb(v[0], v[1], v[2]), &nonfinite);

@@ -38,12 +38,6 @@ struct rig {
     struct lum_caches *caches[VIEWERS]; /* shared: the first alone */
 };
 
-static bool failed(const char *text)
-{
-    fprintf(stderr, "lumend-bench: %s\n", text);
-    return false;
-}
-
 /* ---- cameras ---- */
 
 static struct lum_vec3d mad(struct lum_vec3d a, struct lum_vec3d b, double s)
@@ -104,9 +98,9 @@ static bool open_views(struct rig *r, enum viewers_way way, int n)
     for (int k = 0; k < n; k++) {
         int cache = way == VIEWERS_SHARED ? 0 : k;
         if (!r->caches[cache] && lum_caches_create(lum_pool_size(r->world.pool), &r->caches[cache], &err) != LUM_OK)
-            return failed(err.text);
+            return lum_bench_failed(err.text);
         if (lum_view_create(r->world.pool, &r->views[k], &err) != LUM_OK)
-            return failed(err.text);
+            return lum_bench_failed(err.text);
         lum_view_share(r->views[k], r->caches[cache]);
     }
     return true;
@@ -117,10 +111,10 @@ static bool look(struct rig *r, int k, struct lum_pass_stats *ret_stats)
     struct lum_error err = {0};
     r->settings.camera = r->cameras[k];
     if (lum_view_pass(r->views[k], r->world.snapshot, &r->settings, NULL, ret_stats, &err) != LUM_OK)
-        return failed(err.text);
+        return lum_bench_failed(err.text);
     if (ret_stats->nonfinite == 0 && ret_stats->bad_rays == 0)
         return true;
-    return failed("values are not finite, or rays were not fit to trace");
+    return lum_bench_failed("values are not finite, or rays were not fit to trace");
 }
 
 static bool look_all(struct rig *r, int n)
@@ -147,7 +141,7 @@ static bool open_rig(struct rig *r, const struct lum_bench_options *options, con
         return false;
     if (lum_snapshot_camera(r->world.snapshot, NULL, &own, &err) != LUM_OK) {
         lum_world_finish(&r->world);
-        return failed(err.text);
+        return lum_bench_failed(err.text);
     }
     for (int k = 0; k < VIEWERS; k++)
         r->cameras[k] = camera_at(r->world.snapshot, &own, viewers_degrees[k]);
@@ -265,7 +259,7 @@ static bool measure_memory(const struct visit *v, double *ret_kb)
     int ends[2];
     double kb = -1.0;
     if (pipe(ends) != 0)
-        return failed("cannot make a pipe");
+        return lum_bench_failed("cannot make a pipe");
     pid_t pid = fork();
     if (pid == 0) {
         kb = visit(v);
@@ -277,7 +271,7 @@ static bool measure_memory(const struct visit *v, double *ret_kb)
     if (pid > 0)
         waitpid(pid, NULL, 0);
     if (n != (ssize_t)sizeof kb || kb < 0.0)
-        return failed("a process whose memory was to be measured failed");
+        return lum_bench_failed("a process whose memory was to be measured failed");
     *ret_kb = kb;
     return true;
 }
@@ -304,7 +298,7 @@ int lum_bench_viewers(const struct lum_bench_options *options)
     float accuracies[VIEWERS_SCENES];
     bool ok = true;
     if (!study)
-        return failed("out of memory"), 1;
+        return lum_bench_failed("out of memory"), 1;
     lum_thread_init_fp();
     study->n_rounds = options->quick ? 2 : VIEWERS_ROUNDS;
     study->n_scenes = options->quick || options->scene ? 1 : VIEWERS_SCENES;

@@ -12,7 +12,6 @@
 
 #include "core/metric/flip.h"
 #include "core/metric/hdrvdp.h"
-#include "server/world/apply.h"
 #include "tests/bench/places.h"
 #include "tests/bench/reference.h"
 #include "tests/bench/slots.h"
@@ -29,21 +28,12 @@ struct seen {
 };
 
 struct rig {
-    const struct lum_bench_options *options;
-    const struct lum_bench_place *place;
-    struct lum_world world;
-    struct lum_view_settings settings;
+    struct lum_bench_stand at;
     struct lum_bench_reference reference[REFERENCES];
     uint32_t n_slots;
-    float *picture, *igi; /* 3 * w * h */
-    float *planes;        /* PLANES * w * h */
+    float *igi;    /* 3 * w * h */
+    float *planes; /* PLANES * w * h */
 };
-
-static bool failed(const char *text)
-{
-    fprintf(stderr, "lumend-bench: %s\n", text);
-    return false;
-}
 
 /* ---- one picture against another ---- */
 
@@ -59,7 +49,7 @@ static void take_apart(const float *rgb, size_t n, float *ret_planes, float *ret
 
 static bool look(struct rig *rig, const float *x, const float *r, struct seen *ret_seen)
 {
-    const uint32_t w = rig->settings.w, h = rig->settings.h;
+    const uint32_t w = rig->at.settings.w, h = rig->at.settings.h;
     const size_t n = (size_t)w * h;
     float *p = rig->planes;
     struct lum_error err = {0};
@@ -73,7 +63,7 @@ static bool look(struct rig *rig, const float *x, const float *r, struct seen *r
         w, h, {p, p + n, p + 2 * n}, {p + 3 * n, p + 4 * n, p + 5 * n}, LUM_FLIP_PIXELS_PER_DEGREE};
     if (lum_hdrvdp_compare(&luminance, NULL, &vdp, &err) != LUM_OK ||
         lum_hdrflip_compare(&rgb, NULL, &flip, &exposures, &err) != LUM_OK)
-        return failed(err.text);
+        return lum_bench_failed(err.text);
     *ret_seen = (struct seen){100.0 * vdp.p75, 100.0 * vdp.p95, flip.mean};
     return true;
 }
@@ -95,7 +85,7 @@ static const struct lum_bench_column columns[] = {
 static void tell(const struct rig *rig, const char *what, const struct seen seen[REFERENCES],
                  struct lum_bench_table *table)
 {
-    LUM_BENCH_TEXTS(table, rig->place->scene, what);
+    LUM_BENCH_TEXTS(table, rig->at.place->scene, what);
     LUM_BENCH_NUMBERS(table, seen[CENTERS].p75, seen[CENTERS].p95, seen[CENTERS].flip, seen[SMOOTH].p75,
                       seen[SMOOTH].p95, seen[SMOOTH].flip, (double)rig->reference[SMOOTH].spp);
 }
@@ -119,24 +109,24 @@ static bool render(struct rig *rig, const struct lum_method *method, float *ret_
     struct lum_error err = {0};
     struct lum_view *view = NULL;
     struct lum_pass_stats stats;
-    rig->settings.method = method;
-    rig->settings.n_vpls = method->refines ? VPLS : rig->n_slots; /* live has paths to choose from */
-    bool ok = lum_view_create(rig->world.pool, &view, &err) == LUM_OK &&
-              lum_view_pass(view, rig->world.snapshot, &rig->settings, NULL, &stats, &err) == LUM_OK;
+    rig->at.settings.method = method;
+    rig->at.settings.n_vpls = method->refines ? VPLS : rig->n_slots; /* live has paths to choose from */
+    bool ok = lum_view_create(rig->at.world.pool, &view, &err) == LUM_OK &&
+              lum_view_pass(view, rig->at.world.snapshot, &rig->at.settings, NULL, &stats, &err) == LUM_OK;
     if (ok)
         lum_bench_picture_of(view, ret_picture);
     lum_view_destroy(view);
-    return ok || failed(err.text);
+    return ok || lum_bench_failed(err.text);
 }
 
 static bool look_at_method(struct rig *rig, const struct lum_method *method, struct lum_bench_table *table)
 {
     struct seen seen[REFERENCES] = {nothing, nothing};
     bool smooth = method->serves[LUM_EFFECT_ANTIALIAS] != NULL;
-    if (!render(rig, method, rig->picture))
+    if (!render(rig, method, rig->at.picture))
         return false;
     for (int k = 0; k < REFERENCES; k++)
-        if ((k == SMOOTH || !smooth) && !look(rig, rig->picture, rig->reference[k].truth, &seen[k]))
+        if ((k == SMOOTH || !smooth) && !look(rig, rig->at.picture, rig->reference[k].truth, &seen[k]))
             return false;
     tell(rig, method->name, seen, table);
     return true;
@@ -146,8 +136,8 @@ static bool look_at_method(struct rig *rig, const struct lum_method *method, str
 static bool look_at_tic_beside_igi(struct rig *rig, struct lum_bench_table *table)
 {
     struct seen seen[REFERENCES] = {nothing, nothing};
-    if (!render(rig, lum_method_find("tic"), rig->picture) || !render(rig, lum_method_find("igi"), rig->igi) ||
-        !look(rig, rig->picture, rig->igi, &seen[CENTERS]))
+    if (!render(rig, lum_method_find("tic"), rig->at.picture) || !render(rig, lum_method_find("igi"), rig->igi) ||
+        !look(rig, rig->at.picture, rig->igi, &seen[CENTERS]))
         return false;
     tell(rig, "tic / igi", seen, table);
     return true;
@@ -155,30 +145,21 @@ static bool look_at_tic_beside_igi(struct rig *rig, struct lum_bench_table *tabl
 
 static bool open_rig(struct rig *rig)
 {
-    struct lum_error err = {0};
-    if (!lum_bench_world(rig->place->source, 0, &rig->world))
+    if (!lum_bench_stand_open(&rig->at, (const uint32_t[]){300, 200}, (const uint32_t[]){96, 64}))
         return false;
-    rig->settings = lum_view_settings_default();
-    if (lum_apply_settings(lum_world_render(&rig->world), &rig->settings, &err) != LUM_OK)
-        return failed(err.text);
-    rig->settings.w = rig->options->quick ? 96 : 300;
-    rig->settings.h = rig->options->quick ? 64 : 200;
-    rig->settings.n_vpls = VPLS;
-    const size_t n = (size_t)rig->settings.w * rig->settings.h;
-    rig->picture = lum_calloc(3 * n, sizeof *rig->picture);
+    rig->at.settings.n_vpls = VPLS;
+    const size_t n = (size_t)rig->at.settings.w * rig->at.settings.h;
     rig->igi = lum_calloc(3 * n, sizeof *rig->igi);
     rig->planes = lum_calloc(PLANES * n, sizeof *rig->planes);
-    return rig->picture && rig->igi && rig->planes
-               ? lum_bench_place_camera(rig->place, &rig->world, &rig->settings.camera)
-               : failed("out of memory");
+    return (rig->igi && rig->planes) || lum_bench_failed("out of memory");
 }
 
 static bool make_references(struct rig *rig)
 {
     for (int k = 0; k < REFERENCES; k++) {
-        struct lum_view_settings settings = rig->settings;
+        struct lum_view_settings settings = rig->at.settings;
         settings.antialias = k == SMOOTH;
-        struct lum_bench_truth truth = lum_bench_truth_of(rig->options, &rig->world, &settings);
+        struct lum_bench_truth truth = lum_bench_truth_of(rig->at.options, &rig->at.world, &settings);
         truth.least_spp = truth.most_spp; /* what is told hangs on its noise */
         truth.or_more = true;
         if (!lum_bench_reference_make(&rig->reference[k], &truth))
@@ -187,53 +168,41 @@ static bool make_references(struct rig *rig)
     return true;
 }
 
-static bool measure_scene(struct rig *rig, const struct lum_method *const *methods, size_t n_methods,
-                          struct lum_bench_table *table)
+static bool measure_scene(void *of, void *table)
 {
-    lum_bench_progress("vision: %s: references", rig->place->scene);
+    struct rig *rig = of;
+    lum_bench_progress("vision: %s: references", rig->at.place->scene);
     if (!open_rig(rig)) {
-        printf("skipped: %s\n", rig->place->scene);
+        printf("skipped: %s\n", rig->at.place->scene);
         return true;
     }
-    rig->n_slots = lum_bench_slots_for(&rig->world, &rig->settings, VPLS);
+    rig->n_slots = lum_bench_slots_for(&rig->at.world, &rig->at.settings, VPLS);
     if (rig->n_slots == 0 || !make_references(rig) || !look_at_references(rig, table))
         return false;
-    lum_bench_progress("vision: %s: methods", rig->place->scene);
-    for (size_t m = 0; m < n_methods; m++)
-        if (!look_at_method(rig, methods[m], table))
+    lum_bench_progress("vision: %s: methods", rig->at.place->scene);
+    for (size_t m = 0; m < rig->at.n_methods; m++)
+        if (!look_at_method(rig, rig->at.methods[m], table))
             return false;
     return look_at_tic_beside_igi(rig, table);
 }
 
-static void close_rig(struct rig *rig)
+static void close_rig(void *of)
 {
+    struct rig *rig = of;
     for (int k = 0; k < REFERENCES; k++)
         lum_bench_reference_finish(&rig->reference[k]);
-    lum_free(rig->picture);
     lum_free(rig->igi);
     lum_free(rig->planes);
-    lum_world_finish(&rig->world);
+    lum_bench_stand_close(&rig->at);
 }
 
 int lum_bench_vision(const struct lum_bench_options *options)
 {
-    const struct lum_method *methods[LUM_BENCH_METHODS];
-    size_t n_methods;
+    const struct lum_bench_tour tour = {METHODS, sizeof(struct rig), measure_scene, close_rig};
     struct lum_bench_table table = LUM_BENCH_TABLE(columns);
-    struct lum_bench_places *places = lum_calloc(1, sizeof *places);
-    if (!places)
-        return fprintf(stderr, "lumend-bench: out of memory\n"), 1;
     lum_thread_init_fp();
-    bool ok = lum_bench_find_methods(options->methods ? options->methods : METHODS, methods, &n_methods);
-    if (ok)
-        lum_bench_list_places(options, places);
-    for (size_t i = 0; i < (ok ? places->n : 0) && ok; i++) {
-        struct rig rig = {.options = options, .place = &places->items[i]};
-        ok = measure_scene(&rig, methods, n_methods, &table);
-        close_rig(&rig);
-    }
+    bool ok = lum_bench_go(&tour, options, &table);
     printf("HDR-VDP: %% of pixels whose error is seen with at least this probability; HDR-FLIP: mean, 0 to 1\n");
     ok = lum_bench_table_finish(&table, options, "vision") && ok;
-    lum_free(places);
     return ok ? 0 : 1;
 }

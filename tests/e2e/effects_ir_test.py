@@ -1,4 +1,4 @@
-"""Absent effects cost nothing (algorithms E.4 c): instructions of a frame, counted by callgrind, with an effect that the scene does
+"""Absent effects cost nothing: instructions of a frame, counted by callgrind, with an effect that the scene does
 not call for, against the same frame with it forced off. "Compiled out" is realised as forced off: the renderer has no other way
 of being without an effect. Counted: what passes do (lum_view_pass and the tiles of its stages), not the reading of the scene.
 callgrind counts repeat exactly; valgrind runs Embree without AVX-512."""

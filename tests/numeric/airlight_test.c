@@ -22,9 +22,9 @@ static double lamp_in_fog(float b, double d_light, double gamma, double d)
     return seen;
 }
 
-/* D26: one ray, to see whether the lamp is hidden; its light is integrated without one. 5e-3: what six points of Gauss
- * and Legendre leave of an integrand that falls off within the last hundredth of its range (row 3: 2.5e-3; others below
- * 1e-3). The refinement to path tracing removes it. */
+/* NOTES H26: one ray, to see whether the lamp is hidden; its light is integrated without one. 5e-3: what six points of
+ * Gauss and Legendre leave of an integrand that falls off within the last hundredth of its range (row 3: 2.5e-3; others
+ * below 1e-3). The refinement to path tracing removes it. */
 static void lamps_in_fog(void **state)
 {
     (void)state;
@@ -43,10 +43,10 @@ static void lamps_in_fog(void **state)
     }
 }
 
-/* D26, in a picture of a lamp in fog that is 10 m away, by all methods with fog. `path` and `live` draw by angle: right
- * to their noise from the pixel beside the lamp on. `ais` marches: a window of 3 x 3 pixels has 72 points 0.28 m apart,
- * which know the halo of a ray that passes at D = 0.6 m or more, three pixels, to coth(pi D / 0.28) - 1 = 2e-3. But
- * each pixel has points of its own, and what is near the lamp, as 1 / D^2, may fall to one that passes a diagonal
+/* NOTES H26, in a picture of a lamp in fog that is 10 m away, by all methods with fog. `path` and `live` draw by angle:
+ * right to their noise from the pixel beside the lamp on. `ais` marches: a window of 3 x 3 pixels has 72 points 0.28 m
+ * apart, which know the halo of a ray that passes at D = 0.6 m or more, three pixels, to coth(pi D / 0.28) - 1 = 2e-3.
+ * But each pixel has points of its own, and what is near the lamp, as 1 / D^2, may fall to one that passes a diagonal
  * nearer or farther. Still nearer the window takes in the pixel of the lamp, where steps tell nothing of 1 / D: there
  * it is finite, and no more than a step that meets the lamp, 1 / (h / 2)^2 h, of the least h = 20 m / 648. */
 static void a_lamp_seen_in_fog(void **state)
@@ -171,7 +171,7 @@ static struct lum_rgb *first_picture(struct rig *r, struct lum_pass_stats *ret_s
     return rig_picture(r);
 }
 
-/* D22 and E.4 (a), (d). */
+/* NOTES H22, and (a), (d) of effects_test.c. */
 static void no_medium_is_no_change(void **state)
 {
     (void)state;

@@ -29,13 +29,9 @@ static double wall_by_a_slab(const struct lum_material_desc *slab, uint32_t seed
 {
     struct rig r;
     rig_begin(&r, 0);
-    struct lum_material_desc wall = rig_diffuse((float)RHO);
-    wall.emission_cd_m2 = LE;
-    rig_material(&r, "wall", &wall);
+    rig_furnace(&r, 1, (float)RHO, LE);
     rig_material(&r, "slab", slab);
-    rig_box(&r, "room", 1, 1, 1);
     rig_box(&r, "slab", 0.7, 0.7, 0.1);
-    rig_object(&r, "room", "room", "wall", rig_v(0, 0, 0));
     rig_object(&r, "slab", "slab", "slab", rig_v(0, 0, -0.2));
     rig_camera(&r, rig_v(0, 0, -0.32), rig_v(0, 0, -1), 40);
     rig_commit(&r);

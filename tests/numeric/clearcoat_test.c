@@ -22,27 +22,10 @@ static double fresnel(double cos)
 static void white_under_a_clear_coat_in_a_furnace(void **state)
 {
     (void)state;
-    struct rig r;
-    size_t n;
-    const struct lum_method *methods = lum_methods(&n);
-    rig_begin(&r, 0);
-    struct lum_material_desc wall = rig_diffuse(0.0f);
-    wall.emission_cd_m2 = 0.5;
-    rig_material(&r, "wall", &wall);
-    rig_box(&r, "room", 1, 1, 1);
-    rig_square(&r, "square", 0.5);
-    rig_object(&r, "room", "room", "wall", rig_v(0, 0, 0));
-    rig_camera(&r, rig_v(0.1, 0.3, 0.6), rig_v(0, -0.2, 0), 30);
-    r.settings.w = r.settings.h = 12;
     for (int rough = 0; rough < 3; rough++) {
         struct lum_material_desc white = lacquered(1.0f, 0.4f * (float)rough);
-        rig_material(&r, "white", &white);
-        rig_object(&r, "square", "square", "white", rig_v(0, -0.2, 0));
-        rig_commit(&r);
-        for (size_t m = 0; m < n; m++)
-            check(rough ? "rough" : "mirror", &methods[m], read_picture(&r, &methods[m], 16), 0.5, 0.01);
+        check_in_furnace(rough ? "rough" : "mirror", &white, rig_v(0.1, 0.3, 0.6), 16, 0.01);
     }
-    rig_end(&r);
 }
 
 /* Of a point lamp a mirror shows nothing: what is seen is the base, dimmed on the way in and out, and brightened by

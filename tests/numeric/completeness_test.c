@@ -1,4 +1,4 @@
-/* Nothing that carries light is left out (algorithms E.5): on every built-in scene, path tracing with every effect
+/* Nothing that carries light is left out: on every built-in scene, path tracing with every effect
  * forced on and with only those that the scene calls for gives the same picture, bit for bit: the energy left out is 0.
  */
 #include <setjmp.h>

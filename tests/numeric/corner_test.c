@@ -10,16 +10,11 @@
 
 enum { SIDE = 8, N_POINTS = SIDE * SIDE, BOUNCES = 3 };
 
-/* A cube of half side 1 whose walls all shine alike: they send on the same everywhere. */
 static void begin_furnace(struct rig *r, struct lum_caches **ret_caches)
 {
     rig_begin(r, 2);
     RIG_OK(lum_caches_create(2, ret_caches, &err));
-    struct lum_material_desc m = rig_diffuse(0.5f);
-    m.emission_cd_m2 = 10.0;
-    rig_material(r, "wall", &m);
-    rig_box(r, "box", 1, 1, 1);
-    rig_object(r, "box", "box", "wall", rig_v(0, 0, 0));
+    rig_furnace(r, 1, 0.5f, 10);
     rig_commit(r);
 }
 

@@ -35,7 +35,7 @@ static void free_album(struct album *a)
 }
 
 /* The first run fills the album, later ones are held against it. */
-static void shoot(struct album *a, const struct lum_view *view, const char *what, uint32_t n_threads)
+static void take_picture(struct album *a, const struct lum_view *view, const char *what, uint32_t n_threads)
 {
     const struct rig r = {.view = (struct lum_view *)view};
     assert_true(a->n < SHOTS_MAX);
@@ -148,13 +148,13 @@ static void run_edits(const char *method, uint32_t n_threads, struct album *albu
     for (int k = 0; edit(&l, k); k++) {
         look(&l, l.rig.view, &l.rig.settings);
         look(&l, l.second, &l.beside);
-        shoot(album, l.rig.view, method, n_threads);
-        shoot(album, l.second, method, n_threads);
+        take_picture(album, l.rig.view, method, n_threads);
+        take_picture(album, l.second, method, n_threads);
     }
     l.rig.settings.max_spp = 3; /* methods that refine go on */
     for (int pass = 0; pass < 2; pass++)
         look(&l, l.rig.view, &l.rig.settings);
-    shoot(album, l.rig.view, method, n_threads);
+    take_picture(album, l.rig.view, method, n_threads);
     end(&l);
 }
 
@@ -189,7 +189,7 @@ static void run_replay(const char *scene, const char *method, uint32_t n_threads
         RIG_OK(lum_snapshot_camera(s, NULL, &settings.camera, &err));
         RIG_OK(lum_view_pass(view, s, &settings, NULL, &stats, &err));
         assert_int_equal(stats.nonfinite + stats.bad_rays, 0);
-        shoot(album, view, what, n_threads);
+        take_picture(album, view, what, n_threads);
     }
     lum_view_destroy(view);
     built_in_close(b);

@@ -1,4 +1,4 @@
-/* Simulate only what the scene calls for (algorithms E.4): for every method and every effect,
+/* Only what the scene calls for is simulated: for every method and every effect,
  *   (a) an effect that nothing calls for has counters of exactly 0,
  *   (b) its picture is bit for bit that of the same frame with the effect forced off ("compiled out" is realised as
  * forced off: both run without a trace of it), (d) at strength 0 (a lamp of power 0, matched glass, black surfaces, fog

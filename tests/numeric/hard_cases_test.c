@@ -179,11 +179,7 @@ static void nested_glass(struct hard *h)
                                   inside[] = {{0.4, 0.1, 0.4}, {0.1, 0.05, 0.02}, {0, 0, 0.25}};
     static const struct lum_vec3d cores[] = {{0, 0, 0}, {0.4, 0, 0}, {0.25, 0, 0}, {0.75, 0, 0}};
     const double most = 1.5 * 1.5 * 2.0 * 2.0 * 1.01;
-    struct lum_material_desc wall = rig_diffuse(0.0f);
-    wall.emission_cd_m2 = LE;
-    rig_material(r, "wall", &wall);
-    rig_box(r, "room", 2, 2, 2);
-    rig_object(r, "room", "room", "wall", rig_v(0, 0, 0));
+    rig_furnace(r, 2, 0.0f, LE);
     glass_block(r, "block", 0.5, 1.5f, rig_v(0, 0, 0));
     r->settings.max_depth = 40;
     r->settings.max_spp = 16;

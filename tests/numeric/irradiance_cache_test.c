@@ -152,11 +152,7 @@ static void furnace(void **state)
     (void)state;
     struct rig r;
     rig_begin(&r, 0);
-    rig_box(&r, "box", 1, 1, 1);
-    struct lum_material_desc m = rig_diffuse(0.5f);
-    m.emission_cd_m2 = 10.0;
-    rig_material(&r, "wall", &m);
-    rig_object(&r, "box", "box", "wall", rig_v(0, 0, 0));
+    rig_furnace(&r, 1, 0.5f, 10);
     rig_commit(&r);
     for (uint32_t bounces = 0; bounces <= 3; bounces++) {
         struct mean mean = {0};

@@ -90,7 +90,8 @@ static struct lum_rgb *first_picture(struct rig *r)
     return rig_picture(r);
 }
 
-/* D22 and E.4 (a), (d): a medium of no strength, one in a box elsewhere, and one that is switched off are none. */
+/* NOTES H22, and (a), (d) of effects_test.c: a medium of no strength, one in a box elsewhere, and one that is switched
+ * off are none. */
 static void no_medium_is_no_change(void **state)
 {
     (void)state;
@@ -129,7 +130,8 @@ static void no_medium_is_no_change(void **state)
     rig_end(&r);
 }
 
-/* D24: the eye on either side of a face, and on it. A step of 1e-4 m in fog of 0.5 / m changes 5e-5 of the light. */
+/* NOTES H24: the eye on either side of a face, and on it. A step of 1e-4 m in fog of 0.5 / m changes 5e-5 of the light.
+ */
 static void the_eye_crosses_a_face(void **state)
 {
     (void)state;
@@ -189,7 +191,7 @@ static void infinite_fog_hides_what_is_infinitely_far(void **state)
     rig_end(&r);
 }
 
-/* D23 and the like: every strength, the eye in the middle, on a face, at the light itself. rig_pass asserts that no
+/* NOTES H23: every strength, the eye in the middle, on a face, at the light itself. rig_pass asserts that no
  * value is not finite and no ray is bad. */
 static void extremes_are_finite(void **state)
 {

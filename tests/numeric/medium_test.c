@@ -233,7 +233,7 @@ static void airlight_of_a_point_light(void **state)
     }
 }
 
-/* D26: the light is next to the ray, at 1e-2 to 1e-5 of its length. */
+/* NOTES H26: the light is next to the ray, at 1e-2 to 1e-5 of its length. */
 static void halo_is_exact(void **state)
 {
     (void)state;

@@ -39,7 +39,7 @@ static void an_outlier_is_shared_out(void **state)
     stage_begin(&s, 2);
     add_with_outlier(&s, H / 2 * W + W / 4, even);
     apply(&s);
-    /* 5e4 over squares of 48 x 48: 22; the nearest four corners of squares share it bilinearly */
+    /* 5e4 over blocks of 48 x 48: 22; the nearest four corners of blocks share it bilinearly */
     for (uint32_t i = 0; i < N; i++)
         assert_true(shown(&s, i) < TRUTH + 0.5 * BRIGHT / 2304.0 + 10.0);
     /* What is shared out comes to rest whole. What is filtered keeps its sum but for the weights where the filter meets
@@ -111,7 +111,7 @@ static void lamps_that_are_seen_light_nothing_around(void **state)
 }
 
 /* One half in 50 is a hundred times as bright as it should be: of N pixels 6 have two such halves, by chance. In the
- * area of a square less than one is expected, and with it two deviations of that are taken for chance: half of what is
+ * area of a block less than one is expected, and with it two deviations of that are taken for chance: half of what is
  * beyond the limits would stay from 6 on, which no area in 1000 has. The light is there as before, but for what is
  * within the limits (an_outlier_is_shared_out). */
 static void halves_alike_by_chance_are_no_spots(void **state)
@@ -174,7 +174,7 @@ static double dark_on_the_right(uint32_t i)
 }
 
 /* Four classes of light apart: the dark wall gets nothing of what is too bright on the other, which gets it whole,
- * although it has but a part of the squares where they meet. Tolerances as above: noise is a tenth. */
+ * although it has but a part of the blocks where they meet. Tolerances as above: noise is a tenth. */
 static void an_outlier_stays_where_it_is_lit_alike(void **state)
 {
     (void)state;

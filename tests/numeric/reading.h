@@ -40,4 +40,24 @@ static inline void check(const char *what, const struct lum_method *method, stru
         fail_msg("%s, %s: %.5g +- %.3g, closed form %.5g", what, method->name, got.mean, got.error, want);
 }
 
+/* A square of the material does not show where light is the same from everywhere. share: as above. */
+static inline void check_in_furnace(const char *what, const struct lum_material_desc *material, struct lum_vec3d eye,
+                                    uint32_t spp, double share)
+{
+    struct rig r;
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    rig_begin(&r, 0);
+    rig_furnace(&r, 1, 0.0f, 0.5);
+    rig_material(&r, "square", material);
+    rig_square(&r, "square", 0.5);
+    rig_object(&r, "square", "square", "square", rig_v(0, -0.2, 0));
+    rig_camera(&r, eye, rig_v(0, -0.2, 0), 30);
+    r.settings.w = r.settings.h = 12;
+    rig_commit(&r);
+    for (size_t m = 0; m < n; m++)
+        check(what, &methods[m], read_picture(&r, &methods[m], spp), 0.5, share);
+    rig_end(&r);
+}
+
 #endif

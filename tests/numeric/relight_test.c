@@ -124,7 +124,7 @@ static void first_light_is_looked_for(void **state)
 }
 
 /* More lamps in fog than have a buffer: those that share one are traced anew, and the counters say so. */
-static void a_crowd_in_fog_is_traced_anew(void **state)
+static void many_lights_in_fog_are_traced_anew(void **state)
 {
     (void)state;
     struct rig r;
@@ -640,7 +640,7 @@ int main(void)
         cmocka_unit_test(there_and_back),
         cmocka_unit_test(half_the_power_is_a_new_picture),
         cmocka_unit_test(first_light_is_looked_for),
-        cmocka_unit_test(a_crowd_in_fog_is_traced_anew),
+        cmocka_unit_test(many_lights_in_fog_are_traced_anew),
         cmocka_unit_test(surfaces_repainted_are_as_new),
         cmocka_unit_test(dimmed_fog_keeps_its_points),
         cmocka_unit_test(a_move_leaves_other_paths_alone),

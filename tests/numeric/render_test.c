@@ -35,11 +35,7 @@ static void furnace_series(void **state)
     const uint32_t depths[] = {0, 1, 2, 3, 7, 40};
     struct rig r;
     rig_begin(&r, 0);
-    struct lum_material_desc m = rig_diffuse(rho);
-    m.emission_cd_m2 = 0.5;
-    rig_material(&r, "wall", &m);
-    rig_box(&r, "box", 1, 1, 1);
-    rig_object(&r, "box", "box", "wall", rig_v(0, 0, 0));
+    rig_furnace(&r, 1, rho, 0.5);
     rig_camera(&r, rig_v(0.2, 0.1, 0.3), rig_v(-0.5, -0.4, -1), 90);
     rig_commit(&r);
     set_method(&r, "path");
@@ -384,11 +380,7 @@ static void probe_measures_illuminance(void **state)
     (void)state;
     struct rig r;
     rig_begin(&r, 0);
-    struct lum_material_desc m = rig_diffuse(0.5f);
-    m.emission_cd_m2 = 10;
-    rig_material(&r, "wall", &m);
-    rig_box(&r, "box", 1, 1, 1);
-    rig_object(&r, "box", "box", "wall", rig_v(0, 0, 0));
+    rig_furnace(&r, 1, 0.5f, 10);
     rig_commit(&r);
     struct lum_probe p;
     uint64_t rays = 0;
@@ -399,7 +391,7 @@ static void probe_measures_illuminance(void **state)
     assert_true(rays > 20000);
     probe_in_slices(&r, &p, rays);
 
-    RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_OBJECT, "box", &err));
+    RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_OBJECT, "room", &err));
     rig_bulb(&r, "bulb", rig_v(0, 2, 0), 100);
     rig_commit(&r);
     RIG_OK(lum_probe_at(r.pool, r.snapshot, rig_v(0, 0, 0), lum_v3(0, 1, 0), 100, 1, &p, &rays, &err));

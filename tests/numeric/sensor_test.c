@@ -98,12 +98,8 @@ static void lamps_with_an_area_and_indirect_light(void **state)
         assert_true(at_once.mean.stderr_of < 0.03 * lx[i]);
         lum_sensor_destroy(s);
     }
-    struct lum_material_desc shining = rig_diffuse(0.5f);
-    shining.emission_cd_m2 = 10;
-    rig_material(&r, "shining", &shining);
     RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_LIGHT, "lamp", &err));
-    rig_box(&r, "box", 1, 1, 1);
-    rig_object(&r, "box", "box", "shining", rig_v(0, 0, 0));
+    rig_furnace(&r, 1, 0.5f, 10);
     rig_commit(&r);
     struct lum_sensor *s = sensor_in(
         &r, &(struct lum_sensor_desc){

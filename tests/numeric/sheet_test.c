@@ -26,24 +26,8 @@ static void put_sphere(struct rig *r, const char *id, double diameter)
 static void white_sheet_in_a_furnace(void **state)
 {
     (void)state;
-    struct rig r;
-    size_t n;
-    const struct lum_method *methods = lum_methods(&n);
-    rig_begin(&r, 0);
-    struct lum_material_desc wall = rig_diffuse(0.0f), half = sheet(0.5f, 0.5f);
-    wall.emission_cd_m2 = 0.5;
-    rig_material(&r, "wall", &wall);
-    rig_material(&r, "sheet", &half);
-    rig_box(&r, "room", 1, 1, 1);
-    rig_square(&r, "square", 0.5);
-    rig_object(&r, "room", "room", "wall", rig_v(0, 0, 0));
-    rig_object(&r, "square", "square", "sheet", rig_v(0, -0.2, 0));
-    rig_camera(&r, rig_v(0.1, 0.7, 0.2), rig_v(0, -0.2, 0), 30);
-    r.settings.w = r.settings.h = 12;
-    rig_commit(&r);
-    for (size_t m = 0; m < n; m++)
-        check("furnace", &methods[m], read_picture(&r, &methods[m], 4), 0.5, 1e-3);
-    rig_end(&r);
+    struct lum_material_desc half = sheet(0.5f, 0.5f);
+    check_in_furnace("furnace", &half, rig_v(0.1, 0.7, 0.2), 4, 1e-3);
 }
 
 /* Nor under an even sky, whose diffuse light records bring in `live`. A second sheet, so small and far that what it

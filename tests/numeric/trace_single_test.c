@@ -43,7 +43,7 @@ static const struct lum_snapshot *make_scene(struct fixture *f)
     return commit(f);
 }
 
-static void shoot(const struct lum_snapshot *s, struct random_stream *r)
+static void trace_everywhere(const struct lum_snapshot *s, struct random_stream *r)
 {
     rays.n = 1 + random_bits(r) % LUM_RAY_BATCH;
     for (uint32_t i = 0; i < rays.n; i++) {
@@ -107,7 +107,7 @@ static void single_rays_find_what_packets_find(void **state)
     uint8_t shadowed[2][LUM_RAY_BATCH];
     for (uint32_t round = 0; round < 400; round++) {
         struct lum_trace t = {.top = s->top, .alpha = &s->alpha, .camera = round & 1, .coherent = round & 2};
-        shoot(s, &r);
+        trace_everywhere(s, &r);
         t.bad_rays = &bad[0];
         lum_trace_closest(&t, &rays, &cells);
         lum_trace_any(&t, &rays, shadowed[0]);

@@ -157,7 +157,7 @@ static const struct lum_snapshot *placed_scene(struct fixture *f, double scale, 
 }
 
 /* Rays between random points of the scene's bounds; result in hits. */
-static void shoot_everywhere(const struct lum_snapshot *s, uint64_t seed)
+static void trace_everywhere(const struct lum_snapshot *s, uint64_t seed)
 {
     struct random_stream r = {seed};
     rays.n = LUM_RAY_BATCH;
@@ -182,7 +182,7 @@ static void powers_of_two_change_no_bit(void **state)
     struct fixture *f = *state;
     static struct lum_hits reference;
     const struct lum_snapshot *s = placed_scene(f, 1.0, 0, 0, 0);
-    shoot_everywhere(s, 3);
+    trace_everywhere(s, 3);
     reference = hits;
     uint32_t n_hit = 0;
     for (uint32_t i = 0; i < rays.n; i++)
@@ -193,7 +193,7 @@ static void powers_of_two_change_no_bit(void **state)
                                 {1, -0x1p20, 0x1p16, 5}, {0x1p-10, 0x1p3, 0, -64}, {0x1p10, 0x1p30, 0x1p30, 0x1p30}};
     for (size_t k = 0; k < LUM_ARRAY_LEN(places); k++) {
         s = placed_scene(f, places[k][0], places[k][1], places[k][2], places[k][3]);
-        shoot_everywhere(s, 3);
+        trace_everywhere(s, 3);
         if (memcmp(&hits, &reference, sizeof hits) != 0)
             fail_msg("hits differ at scale %g, place (%g, %g, %g)", places[k][0], places[k][1], places[k][2],
                      places[k][3]);
@@ -208,11 +208,11 @@ static void far_from_the_origin_nothing_is_lost(void **state)
     struct fixture *f = *state;
     static struct lum_hits reference;
     const struct lum_snapshot *s = placed_scene(f, 1.0, 0, 0, 0);
-    shoot_everywhere(s, 4);
+    trace_everywhere(s, 4);
     reference = hits;
     lum_snapshot_unref(s);
     s = placed_scene(f, 1.0, 1234567.891, -7654321.123, 1e9 / 3.0);
-    shoot_everywhere(s, 4);
+    trace_everywhere(s, 4);
     uint32_t n_differ = 0;
     for (uint32_t i = 0; i < rays.n; i++) {
         if (hits.object[i] != reference.object[i])
@@ -290,7 +290,7 @@ static void broken_triangles_are_dropped_and_counted(void **state)
     const struct lum_snapshot *s = commit(f);
     assert_int_equal(lum_scene_dropped_triangles(f->scene), 0);
     static struct lum_hits reference;
-    shoot_everywhere(s, 6);
+    trace_everywhere(s, 6);
     reference = hits;
     lum_snapshot_unref(s);
     desc.indices = mixed;
@@ -299,7 +299,7 @@ static void broken_triangles_are_dropped_and_counted(void **state)
     s = commit(f);
     assert_int_equal(lum_scene_dropped_triangles(f->scene), 6);
     assert_int_equal(s->n_triangles, 1);
-    shoot_everywhere(s, 6);
+    trace_everywhere(s, 6);
     assert_memory_equal(&hits, &reference, sizeof hits);
     lum_snapshot_unref(s);
     desc.n_triangles = 1; /* nothing is left: the object is there, but no ray meets it */
@@ -407,7 +407,7 @@ static void winding_changes_only_the_side(void **state)
         CHECK_OK(lum_scene_put_mesh(f->scene, "m", &desc, err));
         put_object(f->scene, "o", "m", "white", at(0, 0, 0));
         const struct lum_snapshot *s = commit(f);
-        shoot_everywhere(s, 8);
+        trace_everywhere(s, 8);
         found[k] = hits;
         for (uint32_t i = 0; i < rays.n; i++)
             if (hits.object[i] != LUM_NO_OBJECT)
@@ -464,7 +464,7 @@ static void refit_equals_rebuild(void **state)
         CHECK_OK(lum_scene_put_mesh(f->scene, "sheet", &desc, err));
         put_object(f->scene, "o", "sheet", "white", at(0, 0, 0));
         const struct lum_snapshot *s = commit(f);
-        shoot_everywhere(s, 9);
+        trace_everywhere(s, 9);
         static struct lum_hits refitted;
         refitted = hits;
         struct lum_accel_mesh *fresh = NULL;
@@ -475,7 +475,7 @@ static void refit_equals_rebuild(void **state)
         struct lum_accel_top *top = NULL;
         CHECK_OK(lum_accel_top_create(f->device, &instance, 1, NULL, 0, &top, err));
         struct lum_snapshot copy = {.top = top, .bounds_lo = s->bounds_lo, .bounds_hi = s->bounds_hi};
-        shoot_everywhere(&copy, 9);
+        trace_everywhere(&copy, 9);
         assert_memory_equal(&hits, &refitted, sizeof hits);
         lum_accel_top_unref(top);
         lum_accel_mesh_unref(fresh);
@@ -541,7 +541,7 @@ static void batches_of_any_length_agree(void **state)
 {
     struct fixture *f = *state;
     const struct lum_snapshot *s = placed_scene(f, 1.0, 0, 0, 0);
-    shoot_everywhere(s, 11);
+    trace_everywhere(s, 11);
     static struct lum_hits full;
     static struct lum_rays all;
     full = hits;

@@ -206,7 +206,7 @@ static bool histories_counted(const struct lum_document *doc)
             assert_true(lum_held_add(&held, &e->changes));
         if (doc->last.action == LUM_ACTION_APPLY && doc->last.history == h)
             assert_true(lum_held_add(&held, &doc->last.entry->changes));
-        ok = ok && held.n == h->held.n && held.n_bytes == h->held.n_bytes;
+        ok = ok && held.records.n == h->held.records.n && held.n_bytes == h->held.n_bytes;
         lum_held_finish(&held);
     }
     return ok;

@@ -15,60 +15,13 @@
 
 #include "tests/support/journal_keeper.h"
 #include "tests/unit/document_util.h"
-
-/* The linker sends the calls of our libraries here (-Wl,--wrap); cJSON gets the same functions by its hooks. Only this
- * thread's allocations count. */
-void *__real_malloc(size_t n);
-void *__real_calloc(size_t n, size_t size);
-void *__real_realloc(void *p, size_t n);
-void *__wrap_malloc(size_t n);
-void *__wrap_calloc(size_t n, size_t size);
-void *__wrap_realloc(void *p, size_t n);
-
-static _Thread_local unsigned countdown; /* 0: off; at 1 the next allocation fails */
-static _Thread_local bool hit;
-
-static bool fails(void)
-{
-    if (countdown == 0 || --countdown > 0)
-        return false;
-    hit = true;
-    return true;
-}
-
-void *__wrap_malloc(size_t n)
-{
-    return fails() ? NULL : __real_malloc(n);
-}
-
-void *__wrap_calloc(size_t n, size_t size)
-{
-    return fails() ? NULL : __real_calloc(n, size);
-}
-
-void *__wrap_realloc(void *p, size_t n)
-{
-    return fails() ? NULL : __real_realloc(p, n);
-}
-
-/* True when the allocation failed. */
-static bool disarm(void)
-{
-    countdown = 0;
-    return hit;
-}
-
-static void arm(unsigned k)
-{
-    hit = false;
-    countdown = k;
-}
+#include "tests/unit/failing_alloc.h"
 
 /* Two snapshots, entries of every kind, an undo that found a conflict, bulk data that is content. */
 static void fill(struct keeper *k)
 {
     struct lum_error err;
-    char *mesh = __real_malloc(200000), *at = mesh;
+    char *mesh = malloc(200000), *at = mesh;
     at += sprintf(at, "[{'op':'add','type':'mesh','id':'big','positions':[0,0,0,1,0,0,0,1,0");
     for (int i = 0; i < 9000; i++)
         at += sprintf(at, ",%d.5", i % 7);
@@ -101,9 +54,9 @@ static void a_start_without_memory_loses_nothing(void **state)
     char *text = document_text(r.doc);
     lum_recovery_finish(&r);
     for (bool failed = true; failed; n++) {
-        arm(n);
+        failing_alloc_arm(n);
         enum lum_status st = keeper_recover(&k, &r, &err);
-        failed = disarm();
+        failed = failing_alloc_disarm();
         if (st) {
             assert_int_equal(st, LUM_ERR_NOMEM);
             assert_true(failed);
@@ -139,13 +92,13 @@ static void a_snapshot_without_memory_is_not_written(void **state)
         struct lum_snapshot_writer *w = NULL;
         struct lum_document_state s;
         bool done = false;
-        arm(n);
+        failing_alloc_arm(n);
         enum lum_status st = lum_document_take_state(r.doc, &s) ? LUM_OK : LUM_ERR_NOMEM;
         if (!st)
             st = lum_snapshot_begin(&config, &s, &w, &err);
         while (!st && !done)
             st = lum_snapshot_step(w, &done, &err);
-        failed = disarm();
+        failed = failing_alloc_disarm();
         assert_true(!st || (failed && st == LUM_ERR_NOMEM));
         lum_snapshot_end(w);
     }
@@ -162,6 +115,6 @@ int main(void)
         cmocka_unit_test(a_start_without_memory_loses_nothing),
         cmocka_unit_test(a_snapshot_without_memory_is_not_written),
     };
-    cJSON_InitHooks(&(cJSON_Hooks){.malloc_fn = __wrap_malloc, .free_fn = free});
+    failing_alloc_begin();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -14,61 +14,16 @@
 
 #include "protocol/json/json.h"
 #include "protocol/message/rpc.h"
+#include "tests/unit/failing_alloc.h"
 #include "tests/unit/protocol_util.h"
-
-/* The linker sends the calls of protocol/ here (-Wl,--wrap); cJSON gets the same functions by its hooks. */
-void *__real_malloc(size_t n);
-void *__real_calloc(size_t n, size_t size);
-void *__real_realloc(void *p, size_t n);
-void *__wrap_malloc(size_t n);
-void *__wrap_calloc(size_t n, size_t size);
-void *__wrap_realloc(void *p, size_t n);
-
-static unsigned countdown; /* 0: off; at 1 the next allocation fails */
-static bool hit;
-
-static bool fails(void)
-{
-    if (countdown == 0 || --countdown > 0)
-        return false;
-    hit = true;
-    return true;
-}
-
-void *__wrap_malloc(size_t n)
-{
-    return fails() ? NULL : __real_malloc(n);
-}
-
-void *__wrap_calloc(size_t n, size_t size)
-{
-    return fails() ? NULL : __real_calloc(n, size);
-}
-
-void *__wrap_realloc(void *p, size_t n)
-{
-    return fails() ? NULL : __real_realloc(p, n);
-}
-
-static void arm(unsigned k)
-{
-    hit = false;
-    countdown = k;
-}
-
-static bool disarm(void)
-{
-    countdown = 0;
-    return hit;
-}
 
 /* Runs fn with each allocation failing in turn. fn is true when it did its work. */
 static void sweep(bool (*fn)(void *), void *user, const char *name)
 {
     for (unsigned k = 1; k < 100000; k++) {
-        arm(k);
+        failing_alloc_arm(k);
         bool ok = fn(user);
-        if (!disarm()) {
+        if (!failing_alloc_disarm()) {
             assert_true(ok);
             assert_true(k > 1); /* else the wrapping does not work */
             return;
@@ -221,9 +176,9 @@ static void sweep_document(const struct attempt *a)
         }
         char *before = document_text(doc);
         uint64_t rev = lum_document_rev(doc);
-        arm(k);
+        failing_alloc_arm(k);
         bool ok = act(doc, a);
-        bool was_hit = disarm();
+        bool was_hit = failing_alloc_disarm();
         assert_true(document_whole(doc));
         assert_int_equal(ok, !was_hit);
         if (!ok) {
@@ -276,8 +231,7 @@ static void documents(void **state)
 
 int main(void)
 {
-    cJSON_Hooks hooks = {__wrap_malloc, free};
-    cJSON_InitHooks(&hooks);
+    failing_alloc_begin();
     const struct CMUnitTest tests[] = {cmocka_unit_test(texts_and_ops), cmocka_unit_test(documents)};
     return cmocka_run_group_tests_name("protocol_alloc", tests, NULL, NULL);
 }

@@ -46,12 +46,7 @@ static void what_shines_reflects_too(void **state)
     (void)state;
     struct rig r;
     rig_begin(&r, 2);
-    struct lum_material_desc glow = rig_diffuse(0.5f);
-    glow.emission = lum_grey(1.0f);
-    glow.emission_cd_m2 = 100.0;
-    rig_material(&r, "glow", &glow);
-    rig_box(&r, "box", 1, 1, 1);
-    rig_object(&r, "box", "box", "glow", rig_v(0, 0, 0));
+    rig_furnace(&r, 1, 0.5f, 100);
     rig_camera(&r, rig_v(0, 0, 0), rig_v(0, 0, -1), 60);
     rig_commit(&r);
     use_method(&r, "live");

@@ -10,7 +10,7 @@
 #include <string.h>
 
 #define BUCKETS 256
-#define PER_OCTAVE 4
+#define PER_OCTAVE 4 /* the last step that is taken may be worth a fifth more than another that is not; 64 octaves */
 
 struct plan {
     const struct lum_pass *pass;

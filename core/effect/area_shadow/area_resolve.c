@@ -21,7 +21,7 @@
 #include "core/math/warp.h"
 #include "core/scene/surface.h"
 
-#define GLOSS_POINTS 4u
+#define GLOSS_POINTS 4u /* of a lamp that a lobe is asked at, of LUM_AREA_POINTS where the pixel knows them all */
 
 /* A pixel that light can be summed at. */
 struct vertex {

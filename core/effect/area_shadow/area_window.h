@@ -7,7 +7,7 @@
 #include "core/effect/area_shadow/area_shadow.h"
 #include "core/interleave/interleave.h"
 
-#define LUM_WINDOW_BORDER 2u
+#define LUM_WINDOW_BORDER 2u /* pixels to each side: the pattern, 4 wide, fits in whole */
 #define LUM_WINDOW_SIDE (2 * LUM_WINDOW_BORDER + 1)
 #define LUM_WINDOW_BLOCK (LUM_TILE_SIDE + 2 * LUM_WINDOW_BORDER)
 

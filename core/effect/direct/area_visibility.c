@@ -6,7 +6,7 @@
 #include "core/interleave/interleave.h"
 #include "core/math/sampler.h"
 
-#define PAIR_POINT 0x40000000u
+#define PAIR_POINT 0x40000000u /* a dimension that no other draw has */
 
 /* Numbers of the pattern that lie in one 2 x 2 block differ in their upper two bits. Reversed, they are neighbours in
  * the sequence: then every such block holds a (0,2,2)-net, one of the four that make up the whole. */

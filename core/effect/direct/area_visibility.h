@@ -11,8 +11,8 @@
 #include "core/light/sample.h"
 #include "core/pass/pass.h"
 
-#define LUM_AREA_POINTS 16u
-#define LUM_AREA_SIDE 4u /* of the pattern: points = side * side */
+#define LUM_AREA_POINTS 16u /* samples of a lamp in a pixel: a bit each */
+#define LUM_AREA_SIDE 4u    /* of the pattern: points = side * side */
 /* In a stratum of a disc or a mesh: 8 x 8. With 16 what a pixel can know is half as noisy again (area_shadow_test). */
 #define LUM_AREA_STRATUM_POINTS 64u
 

@@ -44,8 +44,7 @@ enum lum_layer_state {
     LUM_LAYER_SMOOTH,     /* + edges of hard shadows, where the view asks for anti-aliasing */
     LUM_LAYER_COMPLETE,   /* + response seen in mirrors and through glass */
 };
-
-#define LUM_LAYER_INNER_POINTS 4u
+#define LUM_LAYER_INNER_POINTS 4u /* two bits each fill a byte */
 
 struct lum_layer {
     struct lum_light light; /* as it was when last checked; its id names the layer */

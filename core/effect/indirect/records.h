@@ -17,7 +17,7 @@
 #include "core/cache/cache.h"
 #include "core/pass/pass.h"
 
-#define LUM_RECORDS_BLOCK 64u
+#define LUM_RECORDS_BLOCK 64u /* halved down to 1 */
 
 struct lum_stage_runner;
 struct lum_records_memory;

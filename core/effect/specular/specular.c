@@ -377,7 +377,7 @@ static void remember(const struct tree *t, const struct lum_branch *branch)
 }
 
 /* Remembers where the batch went. */
-static void leave_trail(const struct tree *t, uint32_t n)
+static void remember_batch(const struct tree *t, uint32_t n)
 {
     for (uint32_t i = 0; i < n; i++) {
         bool hit = t->hits.object[i] != LUM_NO_OBJECT;
@@ -501,7 +501,7 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
         uint32_t n = pop_batch(&t);
         struct lum_trace trace = lum_trace_of(pass->snapshot, counters);
         lum_trace_closest(&trace, &t.rays, &t.hits);
-        leave_trail(&t, n);
+        remember_batch(&t, n);
         for (uint32_t i = 0; i < n; i++)
             visit(&t, i);
     }

@@ -1,7 +1,7 @@
 /** Colour of light: temperature to linear Rec.709, and linear Rec.709 to and from what a screen shows. */
 import type { Vec3 } from './vec';
 
-/** Range of the fit below; DESIGN's cct_k has the same. */
+/** Range of the fit below; cct_k of the protocol has the same. */
 export const CCT_MIN = 1667;
 export const CCT_MAX = 25000;
 

@@ -12,6 +12,7 @@ import { Compare, type PictureFacts, type Shot, type Side } from './compare';
 import { Convergence } from './convergence';
 import { shiningSky, type Daylight } from './daylight';
 import { Desk, deskOf } from './desk';
+import { Downloads } from './downloads';
 import { Edits } from './edits';
 import { Follower } from './follow';
 import { Imports } from './imports';
@@ -27,7 +28,6 @@ import { Meter } from './meter';
 import { anchoredAt } from './placement';
 import { Presets } from './presets';
 import { SceneMirror } from './scene';
-import { sceneFile } from './scene_ops';
 import { Sensors } from './sensors';
 import { Toasts } from './toasts';
 import { keepToken } from './token';
@@ -63,8 +63,6 @@ export class App {
     /** What somebody else just changed; count tells one such edit from the next. */
     readonly touchedByOthers = signal<{ ids: ReadonlySet<string>; count: number }>({ ids: new Set(), count: 0 });
     readonly helpOpen = signal(false);
-    /** One is being made. */
-    readonly reporting = signal(false);
     /** Draw lamp markers over the picture. */
     readonly markers = signal(true);
     readonly scene = new SceneMirror();
@@ -78,6 +76,7 @@ export class App {
     readonly imports: Imports;
     readonly uploads: Uploads;
     readonly sensors: Sensors;
+    readonly downloads: Downloads;
     readonly desk: Desk;
     readonly presets: Presets;
     readonly library: Library;
@@ -147,6 +146,7 @@ export class App {
             surround: (asset) => edits.attempt(skyOps(asset, this.lights(), (id) => scene.peek(id) !== undefined)),
         });
         this.sensors = new Sensors({ scene, edits, call, onError });
+        this.downloads = new Downloads({ scene, sensors: this.sensors, toasts, online: this.online, viewId: () => view.viewId, call, onError });
         this.presets = new Presets({ scene, edits, announce: (text) => toasts.announce(text) });
         this.desk = new Desk({ scene, edits, call });
         this.reader = new Reader({
@@ -363,48 +363,6 @@ export class App {
         return this.view.settings.value.solo.length > 0 && !this.isSoloed(id);
     }
 
-    /** The scene as a file: `lumend --scene` reads it. */
-    async download(): Promise<void> {
-        if (!this.rpc) return;
-        try {
-            const { ops } = await this.rpc.call('scene.get', { expand: false });
-            const title = `scene at revision ${this.scene.rev.value}`;
-            save('scene.jsonl', sceneFile(Array.isArray(ops) ? ops : [], title), 'application/jsonl');
-            this.toasts.info('Saved as scene.jsonl: lumend --scene scene.jsonl opens it');
-        } catch (error) {
-            this.report(error as Error);
-        }
-    }
-
-    savePicture({ name, canvas }: Shot): void {
-        canvas.toBlob((blob) => blob && save(`${name}.png`, blob, 'image/png'));
-    }
-
-    async saveCsv(): Promise<void> {
-        try {
-            save('sensors.csv', await this.sensors.csv(), 'text/csv');
-        } catch (error) {
-            this.report(error as Error);
-        }
-    }
-
-    /** A page to print, of what this view sees and the sensors show. */
-    async saveReport(): Promise<void> {
-        const viewId = this.view.viewId;
-        if (!this.rpc || this.reporting.value) return;
-        this.reporting.value = true;
-        this.toasts.info('Measuring, and taking pictures for the report: that takes half a minute or so');
-        try {
-            const { html } = await this.rpc.call('report.get', viewId === null ? {} : { view_id: viewId });
-            save('report.html', stringOr(html, ''), 'text/html');
-            this.toasts.info('Saved as report.html: open it to read or print it');
-        } catch (error) {
-            this.report(error as Error);
-        } finally {
-            this.reporting.value = false;
-        }
-    }
-
     /** Ends the aiming; else selects nothing. */
     clearSelection(): void {
         if (this.lamps.aiming.value) {
@@ -606,14 +564,6 @@ export class App {
     private report(error: Error): void {
         if (!(error instanceof ClosedError)) this.toasts.error(error);
     }
-}
-
-function save(name: string, text: BlobPart, type: string): void {
-    const link = document.createElement('a');
-    link.href = URL.createObjectURL(new Blob([text], { type }));
-    link.download = name;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }
 
 function methodsIn(list: Json | undefined): Method[] {

@@ -121,7 +121,7 @@ function Row({ kept }: { kept: Kept }) {
                             Its camera
                         </button>
                     )}
-                    <button type="button" class="toggle" aria-label={`Save ${name} as PNG`} title="Save it as a PNG file" onClick={() => app.savePicture(kept)}>
+                    <button type="button" class="toggle" aria-label={`Save ${name} as PNG`} title="Save it as a PNG file" onClick={() => app.downloads.picture(kept)}>
                         PNG
                     </button>
                 </div>

@@ -34,7 +34,7 @@ export function SensorPanel() {
                             >
                                 Points
                             </button>
-                            <button type="button" class="toggle" title="Saves all points with their standard errors, as sensors.csv" onClick={() => void app.saveCsv()}>
+                            <button type="button" class="toggle" title="Saves all points with their standard errors, as sensors.csv" onClick={() => void app.downloads.csv()}>
                                 CSV
                             </button>
                         </>
@@ -42,12 +42,12 @@ export function SensorPanel() {
                     <button
                         type="button"
                         class="toggle"
-                        aria-busy={app.reporting.value}
-                        aria-disabled={app.reporting.value}
+                        aria-busy={app.downloads.reporting.value}
+                        aria-disabled={app.downloads.reporting.value}
                         title="Saves a page to print: results, pictures, plans of the points, luminaires"
-                        onClick={() => void app.saveReport()}
+                        onClick={() => void app.downloads.report()}
                     >
-                        {app.reporting.value ? 'Report…' : 'Report'}
+                        {app.downloads.reporting.value ? 'Report…' : 'Report'}
                     </button>
                 </div>
             )}

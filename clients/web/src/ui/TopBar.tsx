@@ -45,7 +45,7 @@ export function TopBar() {
                 >
                     <Icon name="lamp" />
                 </Tool>
-                <Tool label="Download the scene" onClick={() => void app.download()}>
+                <Tool label="Download the scene" onClick={() => void app.downloads.scene()}>
                     <Icon name="save" />
                 </Tool>
                 <span class="gap" />

@@ -1,0 +1,79 @@
+/** Files that the browser saves: the scene, pictures, what sensors show, a report. */
+import { signal, type ReadonlySignal } from '@preact/signals';
+import type { JsonObject } from '../protocol/rpc';
+import { stringOr } from '../protocol/types';
+import type { Shot } from './compare';
+import type { SceneMirror } from './scene';
+import { sceneFile } from './scene_ops';
+import type { Sensors } from './sensors';
+import type { Toasts } from './toasts';
+
+export interface DownloadsHost {
+    scene: SceneMirror;
+    sensors: Sensors;
+    toasts: Toasts;
+    /** The server can be asked. */
+    online: ReadonlySignal<boolean>;
+    /** Of the picture on screen; null: there is none. */
+    viewId: () => number | null;
+    call: (method: string, params: JsonObject) => Promise<JsonObject>;
+    onError: (error: Error) => void;
+}
+
+export class Downloads {
+    /** A report is being made. */
+    readonly reporting = signal(false);
+
+    constructor(private readonly host: DownloadsHost) {}
+
+    /** As a file that `lumend --scene` reads. */
+    async scene(): Promise<void> {
+        const { scene, toasts, call, onError } = this.host;
+        try {
+            const { ops } = await call('scene.get', { expand: false });
+            const title = `scene at revision ${scene.rev.value}`;
+            save('scene.jsonl', sceneFile(Array.isArray(ops) ? ops : [], title), 'application/jsonl');
+            toasts.info('Saved as scene.jsonl: lumend --scene scene.jsonl opens it');
+        } catch (error) {
+            onError(error as Error);
+        }
+    }
+
+    picture({ name, canvas }: Shot): void {
+        canvas.toBlob((blob) => blob && save(`${name}.png`, blob, 'image/png'));
+    }
+
+    async csv(): Promise<void> {
+        try {
+            save('sensors.csv', await this.host.sensors.csv(), 'text/csv');
+        } catch (error) {
+            this.host.onError(error as Error);
+        }
+    }
+
+    /** A page to print, of what this view sees and the sensors show. */
+    async report(): Promise<void> {
+        const { toasts, online, call, onError } = this.host;
+        if (!online.value || this.reporting.value) return;
+        const viewId = this.host.viewId();
+        this.reporting.value = true;
+        toasts.info('Measuring, and taking pictures for the report: that takes half a minute or so');
+        try {
+            const { html } = await call('report.get', viewId === null ? {} : { view_id: viewId });
+            save('report.html', stringOr(html, ''), 'text/html');
+            toasts.info('Saved as report.html: open it to read or print it');
+        } catch (error) {
+            onError(error as Error);
+        } finally {
+            this.reporting.value = false;
+        }
+    }
+}
+
+function save(name: string, text: BlobPart, type: string): void {
+    const link = document.createElement('a');
+    link.href = URL.createObjectURL(new Blob([text], { type }));
+    link.download = name;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+}

@@ -1,0 +1,211 @@
+#include "server/director/view_frames.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/math/color.h"
+#include "server/director/rest.h"
+
+#define GROWING_INTERVAL_NS 250000000ll
+enum { EVERY_PASS_BELOW_SPP = 8 };
+const char *const lum_in_view_names[] = {
+    [LUM_IN_VIEW_SCENE] = "scene", [LUM_IN_VIEW_DARK] = "dark", [LUM_IN_VIEW_NOTHING] = "nothing"};
+
+static bool is_lossy(uint8_t codec)
+{
+    return codec == LUM_CODEC_JPEG;
+}
+
+enum lum_frame_due lum_server_view_due(const struct lum_server_view *v, int64_t now_ns, int64_t *ret_wait_ns)
+{
+    if (ret_wait_ns)
+        *ret_wait_ns = INT64_MAX;
+    if (v->stale || (v->last_pass.spp == 0 && v->last_pass.preview <= 1))
+        return LUM_DUE_NONE; /* a picture of the former state is not sent under the new one's name */
+    if (v->automatic.follows) {
+        int64_t wait = v->sent_ns + LUM_EXPOSURE_STEP_NS - now_ns;
+        if (ret_wait_ns)
+            *ret_wait_ns = wait > 0 ? wait : LUM_EXPOSURE_STEP_NS;
+        return wait > 0 && v->sent_spp > 0 ? LUM_DUE_NONE : LUM_DUE_FRAME;
+    }
+    if (v->complete && !v->final_sent) {
+        int64_t rest = v->newest_ns + LUM_VIEW_SETTLE_NS - now_ns;
+        if (rest <= 0 || !is_lossy(v->codec))
+            return LUM_DUE_FINAL;
+        if (ret_wait_ns)
+            *ret_wait_ns = rest;
+        return v->unsent ? LUM_DUE_FRAME : LUM_DUE_NONE;
+    }
+    if (!v->unsent)
+        return LUM_DUE_NONE;
+    uint32_t spp = v->last_pass.spp;
+    bool due = v->sent_spp == 0 || spp < EVERY_PASS_BELOW_SPP || spp / 2 >= v->sent_spp ||
+               now_ns - v->sent_ns >= GROWING_INTERVAL_NS;
+    return due ? LUM_DUE_FRAME : LUM_DUE_NONE;
+}
+
+static uint16_t error_field(const struct lum_server_view *v)
+{
+    double bound = v->last_pass.error.bound;
+    if (!isfinite(bound))
+        return 65535;
+    return (uint16_t)fmin(bound * 10000.0, 65534.0);
+}
+
+static struct lum_frame_header frame_header(const struct lum_server_view *v, bool final)
+{
+    struct lum_frame_header h = {.frame_seq = v->frame_seq + 1,
+                                 .scene_rev = v->scene_rev,
+                                 .view_id = v->id,
+                                 .camera_seq = v->want.camera_seq,
+                                 .codec = v->codec,
+                                 .quality = (uint8_t)v->want.quality,
+                                 .downscale = (uint8_t)v->want.downscale,
+                                 .error = error_field(v),
+                                 .spp = (uint16_t)(v->last_pass.spp < 65535 ? v->last_pass.spp : 65535)};
+    if (!v->settings.method->refines)
+        while (1u << h.downscale < v->last_pass.preview)
+            h.downscale++; /* a rough pass of paths has no more detail than that */
+    if (final) {
+        h.flags |= LUM_FRAME_CONVERGED;
+        h.downscale = 0;
+        if (is_lossy(h.codec))
+            h.codec = LUM_CODEC_PNG;
+    }
+    if (h.codec == LUM_CODEC_PNG || h.codec == LUM_CODEC_RGBA8) {
+        h.flags |= LUM_FRAME_LOSSLESS;
+        h.quality = 100;
+    }
+    return h;
+}
+
+static uint32_t micros_since(int64_t from_ns, int64_t now_ns)
+{
+    int64_t us = (now_ns - from_ns) / 1000;
+    return us < 0 ? 0 : us > UINT32_MAX ? UINT32_MAX : (uint32_t)us;
+}
+
+/* Fast frames are as bright as the picture that they become. In a deterministic world time changes no picture. */
+static double exposure_ev(struct lum_server_view *v, const struct lum_film *film)
+{
+    if (v->exposure_ev.set)
+        return v->exposure_ev.value;
+    if (v->automatic.settled && v->settings.deterministic)
+        return v->automatic.ev;
+    bool fast = v->settings.method->refines && v->last_pass.spp > 0 && v->last_pass.preview <= 1;
+    bool fit = v->complete || fast || v->last_pass.spp >= EVERY_PASS_BELOW_SPP;
+    lum_auto_exposure_see(&v->automatic, lum_exposure_auto(film), fit, lum_clock_ns());
+    return v->automatic.ev;
+}
+
+static struct lum_display display(struct lum_server_view *v, const struct lum_film *film)
+{
+    struct lum_display d = {.ev100 = exposure_ev(v, film), .tone = v->tone, .balanced = v->white_balance_k.set};
+    if (d.balanced)
+        lum_white_balance(v->white_balance_k.value, d.balance);
+    return d;
+}
+
+static struct lum_overlay_want overlay_want(const struct lum_view_params *want)
+{
+    const struct lum_view_false_color *f = &want->false_color;
+    return (struct lum_overlay_want){
+        .name = want->overlay,
+        .colors = {.scale = strcmp(f->scale, "linear") == 0 ? LUM_SCALE_LINEAR : LUM_SCALE_LOG,
+                   .palette = strcmp(f->palette, "spectrum") == 0 ? LUM_PALETTE_SPECTRUM : LUM_PALETTE_EVEN,
+                   .smooth = f->smooth,
+                   .min = f->min.set ? f->min.value : (double)NAN,
+                   .max = f->max.set ? f->max.value : (double)NAN},
+        .fill = strcmp(f->lines, "only") != 0,
+        .lines = strcmp(f->lines, "off") != 0,
+    };
+}
+
+static bool is_black(const struct lum_film *film)
+{
+    for (uint32_t y = 0; y < film->h; y++)
+        for (uint32_t x = 0; x < film->w; x++)
+            if (lum_luminance(lum_film_mean(film, x, y)) > 0.0f)
+                return false;
+    return true;
+}
+
+static enum lum_in_view in_view(const struct lum_server_view *v, const struct lum_film *film)
+{
+    if (v->only_background)
+        return LUM_IN_VIEW_NOTHING;
+    return is_black(film) ? LUM_IN_VIEW_DARK : LUM_IN_VIEW_SCENE;
+}
+
+enum lum_status lum_server_view_publish(struct lum_server_view *v, const struct lum_snapshot *scene,
+                                        struct lum_encoder *encoder, enum lum_frame_due due,
+                                        struct lum_published *ret_published, struct lum_error *err)
+{
+    int64_t start = lum_clock_ns();
+    const struct lum_film *film = lum_view_film(lum_rest_shown_core(v));
+    const struct lum_overlay_source source = {lum_rest_shown_core(v), v->solo ? v->solo : scene,
+                                              lum_rest_shown_settings(v)};
+    const struct lum_overlay_want map = overlay_want(&v->want);
+    enum lum_status st = lum_overlay_make(&v->overlay, &map, &source, err);
+    if (st)
+        return st;
+    struct lum_picture picture = {.film = film,
+                                  .display = display(v, film),
+                                  .overlay = &v->overlay,
+                                  .header = frame_header(v, due == LUM_DUE_FINAL)};
+    struct lum_encoded_tile **tiles = lum_calloc(v->n_tiles, sizeof(struct lum_encoded_tile *));
+    if (!tiles)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a frame");
+    st = lum_encoder_run(encoder, &picture, v->tiles, tiles, err);
+    if (!st) {
+        int64_t now = lum_clock_ns();
+        struct lum_published p = {.encode_ms = (double)(now - start) * 1e-6,
+                                  .exposure_ev = picture.display.ev100,
+                                  .server_us = micros_since(v->newest_ns, now),
+                                  .in_view = in_view(v, film)};
+        for (uint32_t i = 0; i < v->n_tiles; i++)
+            if (tiles[i]) {
+                tiles[i]->header.server_us = p.server_us;
+                p.n_tiles++;
+                p.n_bytes += tiles[i]->n_bytes + LUM_FRAME_HEADER_BYTES;
+            }
+        lum_stream_publish(v->stream, picture.header.frame_seq, tiles);
+        v->frame_seq++;
+        v->unsent = false;
+        v->final_sent = due == LUM_DUE_FINAL && !v->automatic.follows;
+        v->sent_spp = v->last_pass.spp;
+        v->sent_ns = now;
+        *ret_published = p;
+    }
+    lum_free(tiles);
+    return st;
+}
+
+enum lum_status lum_server_view_read(struct lum_server_view *v, const struct lum_snapshot *scene, uint32_t x,
+                                     uint32_t y, struct lum_reading *ret_reading, struct lum_error *err)
+{
+    bool illuminance = v->settings.illuminance;
+    const struct lum_film *film = lum_view_film(lum_rest_shown_core(v));
+    double scale = illuminance ? LUM_PI_D : 1.0;
+    struct lum_reading r = {.unit = illuminance ? "lx" : "cd/m2", .value = (double)NAN, .error = (double)NAN};
+    struct lum_aovs seen = {0};
+    struct lum_error_map errors;
+    enum lum_status st = LUM_OK;
+    *ret_reading = r;
+    if (v->stale || v->failed || v->frame_seq == 0 || x >= v->settings.w || y >= v->settings.h)
+        return LUM_OK;
+    x = (uint32_t)((x + 0.5) * film->w / v->settings.w);
+    y = (uint32_t)((y + 0.5) * film->h / v->settings.h);
+    if (illuminance)
+        st = lum_view_aovs(lum_rest_shown_core(v), v->solo ? v->solo : scene, lum_rest_shown_settings(v), &seen, err);
+    if (st || (illuminance && seen.instance[(size_t)y * film->w + x] == LUM_NO_OBJECT))
+        return st;
+    r.value = scale * (double)lum_luminance(lum_film_mean(film, x, y));
+    st = lum_view_error_map(lum_rest_shown_core(v), &errors, err);
+    if (st)
+        return st;
+    r.error = scale * (double)lum_error_map_at(&errors, errors.rms, x, y);
+    lum_error_map_finish(&errors);
+    *ret_reading = r;
+    return LUM_OK;
+}

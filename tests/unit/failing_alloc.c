@@ -1,0 +1,56 @@
+#include "tests/unit/failing_alloc.h"
+
+#include <stddef.h>
+#include <stdlib.h>
+
+#include <cjson/cJSON.h>
+
+void *__real_malloc(size_t n);
+void *__real_calloc(size_t n, size_t size);
+void *__real_realloc(void *p, size_t n);
+void *__wrap_malloc(size_t n);
+void *__wrap_calloc(size_t n, size_t size);
+void *__wrap_realloc(void *p, size_t n);
+
+static _Thread_local unsigned countdown; /* 0: off; at 1 the next allocation fails */
+static _Thread_local bool hit;
+
+static bool fails(void)
+{
+    if (countdown == 0 || --countdown > 0)
+        return false;
+    hit = true;
+    return true;
+}
+
+void *__wrap_malloc(size_t n)
+{
+    return fails() ? NULL : __real_malloc(n);
+}
+
+void *__wrap_calloc(size_t n, size_t size)
+{
+    return fails() ? NULL : __real_calloc(n, size);
+}
+
+void *__wrap_realloc(void *p, size_t n)
+{
+    return fails() ? NULL : __real_realloc(p, n);
+}
+
+void failing_alloc_begin(void)
+{
+    cJSON_InitHooks(&(cJSON_Hooks){.malloc_fn = __wrap_malloc, .free_fn = free});
+}
+
+void failing_alloc_arm(unsigned k)
+{
+    hit = false;
+    countdown = k;
+}
+
+bool failing_alloc_disarm(void)
+{
+    countdown = 0;
+    return hit;
+}
