@@ -26,15 +26,7 @@
 #include "core/math/color.h"
 #include "core/trace/rays.h"
 #include "core/vpl/gather.h"
-
-/* `lift` of vpl_sum.h, in radii of the area that a VPL stands for: with 1 it gives no point more than the disc of that
- * area would. Less is noise, hot spots on slats and in corners; more is blur, and loses light behind what is near. Of
- * the indirect light of first frames over that of `path` there is, of six draws at 300 x 200, and with SMAPE: with 1
- * .93 (.128), .84 (.168), .96 (.178), .974 (.119) in sponza, conf_lbl_mgf, conference_mcguire and sibenik (nave), with
- * 0.75 .94 (.128), .87 (.169), .97 (.180), .983 (.120), with 0.5 .96 (.131), .91 (.173), .99 (.182), .992 (.122). Where
- * it was measured alone (exact sums in `cornell` and `cornell-indirect`, 256 VPLs) the clamp of lum_vpl_bound had a
- * relative squared error of 0.101 and 0.089, 1 / (r^2 + m^2) 0.109 and 0.083, VPLs lifted by 1 0.073 and 0.077. */
-#define LIFT_PER_RADIUS 0.75f
+#include "core/vpl/lifted.h"
 
 /* What is further away than this share of the scene's radius does not count for a record's radius: */
 #define REACH_MAX 0.25f
@@ -162,7 +154,7 @@ static void draw(const struct lum_cache *cache, struct live_record *r, uint64_t 
 {
     struct lum_receiver at = receiver_of(&r->base);
     uint32_t of = one_in(&r->base), n = (uint32_t)(RAYS_PER_VPL * (float)cache->key.n_vpls / (float)(SPARE * of));
-    r->step = lum_vpl_draw(&cache->vpls, &at, LIFT_PER_RADIUS, n > 0 ? n : 1, of, ret_drawn);
+    r->step = lum_vpl_draw(&cache->vpls, &at, LUM_VPL_LIFT, n > 0 ? n : 1, of, ret_drawn);
 }
 
 /* Of 64 VPLs those that were drawn and of which nothing is known: from now on it is. */
@@ -224,8 +216,8 @@ static void add_up(const struct lum_cache_job *job, struct lum_cache_record *r)
     bool media = cache->key.media && job->snapshot->n_media > 0;
     struct lum_receiver at = receiver_of(r);
     struct lum_vpl_sum sum;
-    lum_vpl_sum_visible(&cache->vpls, &at, live_of(r)->bits, lum_cache_left(cache, r), LIFT_PER_RADIUS,
-                        live_of(r)->step, one_in(r), media ? job->snapshot : NULL, &sum);
+    lum_vpl_sum_visible(&cache->vpls, &at, live_of(r)->bits, lum_cache_left(cache, r), LUM_VPL_LIFT, live_of(r)->step,
+                        one_in(r), media ? job->snapshot : NULL, &sum);
     if (!lum_rgb_finite(sum.irradiance)) {
         job->counters->nonfinite++;
         memset(&sum, 0, sizeof sum);

@@ -5,10 +5,11 @@
  * away. So the term is at most 1 / m^2, smooth, and loses no energy: for VPLs spread evenly over a plane, the sum is
  * the irradiance at the lifted point, which a plane lights exactly as much as p, whatever the direction that p faces.
  * (Clamping the term, or 1 / (r^2 + m^2), loses half and more of the light of walls nearer than the VPLs' spacing:
- * NOTES R1.) A wall that ends at a distance a loses a share of about (b - h) / a, which is why b must come down to h
- * quickly: with b = sqrt(h^2 + m^2) a closed cube with 256 VPLs loses 2.4 % even in the middle of its floor
+ * NOTES R1.) But a wall that ends at a distance a loses a share of about (b - h) / a, which is why b must come down to
+ * h quickly: with b = sqrt(h^2 + m^2) a closed cube with 256 VPLs loses 2.4 % even in the middle of its floor
  * (tests/numeric/corner_test.c). What faces the same way as the VPL, as within a hollow, is lifted without sinking
- * below its own horizon: in a sphere with 256 VPLs the sum is 7 % too high, and would else be 5 % too low.
+ * below its own horizon: in a sphere with 256 VPLs the sum is 7 % too high, and would else be 5 % too low. What ends
+ * nearer than that, as slats do, would lose most of its light: it is given back (core/vpl/lifted.h).
  *
  * All sums are in an order that depends on the number of VPLs alone: floats in LUM_SUM_LANES lanes over blocks of
  * LUM_SUM_BLOCK VPLs, lanes and blocks added up in double. No machine, and no history, changes a bit of it. */

@@ -46,14 +46,43 @@ struct choice {
     const struct lum_vpl_set *candidates;
     const struct lum_vpl_plan *plan;
     const struct lum_snapshot *snapshot;
-    float *w;        /* by candidate; 0: there is no VPL */
-    float *priority; /* by candidate */
-    float *sorted;   /* room for those of a run */
+    float *w;                      /* by candidate; 0: there is no VPL */
+    float *priority;               /* by candidate */
+    float *sorted;                 /* room for those of a run */
+    struct lum_vpl_kept *kept;     /* by candidate: sums over its rays */
+    struct lum_vpl_kept *around;   /* by place_of: of all lights */
+    struct lum_vpl_kept *ret_kept; /* by slot */
     struct cell *cells;
     uint32_t n_cells; /* a power of 2, at least twice as many as candidates */
 };
 
-/* Of the rays of a slot's tries: how many meet something. */
+static struct lum_vec3 normal_of(const struct choice *choice, uint32_t i)
+{
+    const struct lum_vpl_set *c = choice->candidates;
+    return lum_v3(c->nx[i], c->ny[i], c->nz[i]);
+}
+
+/* Ray r of candidate i came back. What lamps' shapes would take of its light is as if they were not there. */
+static void note(const struct choice *choice, uint32_t i, const struct lum_rays *rays, const struct lum_hits *hits,
+                 uint32_t r)
+{
+    const uint32_t object = hits->object[r];
+    choice->w[i] += object != LUM_NO_OBJECT ? 1.0f : 0.0f;
+    if (object >= choice->snapshot->n_instances) {
+        lum_vpl_kept_add_miss(&choice->kept[i]);
+        return;
+    }
+    const float(*to_scene)[3] = choice->snapshot->instances[object].normal_m;
+    const float local[3] = {hits->ngx[r], hits->ngy[r], hits->ngz[r]};
+    float n[3] = {0};
+    for (uint32_t k = 0; k < 3; k++)
+        for (uint32_t j = 0; j < 3; j++)
+            n[k] += to_scene[k][j] * local[j];
+    lum_vpl_kept_add(&choice->kept[i], choice->snapshot->lights.scene_radius, normal_of(choice, i),
+                     lum_rays_direction(rays, r), hits->t[r], lum_normalize(lum_v3(n[0], n[1], n[2])));
+}
+
+/* Of the rays of a slot's tries: how many meet something, and how near. */
 static void probe(void *ctx, uint32_t slot, struct lum_counters *counters)
 {
     const struct choice *choice = ctx;
@@ -61,13 +90,13 @@ static void probe(void *ctx, uint32_t slot, struct lum_counters *counters)
     const struct lum_vpl_plan *plan = choice->plan;
     struct lum_trace trace = lum_trace_of(choice->snapshot, counters);
     struct lum_rays rays;
-    uint8_t meets[LUM_RAY_BATCH];
+    struct lum_hits hits;
     uint32_t of[LUM_RAY_BATCH];
     rays.n = 0;
     for (uint32_t i = slot; i < c->n; i += plan->n) {
         if (c->light[i] == LUM_NO_OBJECT)
             continue;
-        struct lum_vec3 n = {c->nx[i], c->ny[i], c->nz[i]};
+        struct lum_vec3 n = normal_of(choice, i);
         struct lum_vec3 o = lum_ray_offset(lum_v3(c->px[i], c->py[i], c->pz[i]), n);
         struct lum_frame frame = lum_frame_from_normal(n);
         for (uint32_t k = 0; k < PROBES; k++) {
@@ -76,10 +105,10 @@ static void probe(void *ctx, uint32_t slot, struct lum_counters *counters)
             lum_rays_push(&rays, o, lum_frame_to_scene(&frame, lum_warp_cosine(lum_sampler_2d(&sampler, 0))), INFINITY);
         }
     }
-    lum_trace_any(&trace, &rays, meets);
+    lum_trace_closest(&trace, &rays, &hits);
     counters->rays[LUM_RAY_VPL] += rays.n;
     for (uint32_t r = 0; r < rays.n; r++)
-        choice->w[of[r]] += meets[r];
+        note(choice, of[r], &rays, &hits, r);
 }
 
 static uint32_t index_in(float x, float lo, float side)
@@ -87,7 +116,9 @@ static uint32_t index_in(float x, float lo, float side)
     return (uint32_t)lum_clamp((x - lo) / side, 0.0f, CELLS - 1);
 }
 
-static struct cell *cell_of(const struct choice *choice, uint32_t i)
+#define PLACES (6u * CELLS * CELLS * CELLS)
+
+static uint32_t place_of(const struct choice *choice, uint32_t i)
 {
     const struct lum_vpl_set *c = choice->candidates;
     const struct lum_vec3 lo = choice->snapshot->bounds_lo, size = lum_v3_sub(choice->snapshot->bounds_hi, lo);
@@ -95,7 +126,13 @@ static struct cell *cell_of(const struct choice *choice, uint32_t i)
     float x = fabsf(c->nx[i]), y = fabsf(c->ny[i]), z = fabsf(c->nz[i]);
     uint32_t face = x >= y && x >= z ? c->nx[i] < 0.0f : y >= z ? 2u + (c->ny[i] < 0.0f) : 4u + (c->nz[i] < 0.0f);
     uint32_t at = face * CELLS + index_in(c->pz[i], lo.z, side);
-    at = (at * CELLS + index_in(c->py[i], lo.y, side)) * CELLS + index_in(c->px[i], lo.x, side);
+    return (at * CELLS + index_in(c->py[i], lo.y, side)) * CELLS + index_in(c->px[i], lo.x, side);
+}
+
+static struct cell *cell_of(const struct choice *choice, uint32_t i)
+{
+    const struct lum_vpl_set *c = choice->candidates;
+    uint32_t at = place_of(choice, i);
     uint32_t k = lum_hash_combine(lum_hash_u32(at), c->light[i]) & (choice->n_cells - 1);
     while (choice->cells[k].light != LUM_NO_OBJECT &&
            (choice->cells[k].light != c->light[i] || choice->cells[k].at != at))
@@ -114,6 +151,7 @@ static void weigh(const struct choice *choice)
             struct cell *cell = cell_of(choice, i);
             cell->n += PROBES;
             cell->n_met += choice->w[i];
+            lum_vpl_kept_add_all(&choice->around[place_of(choice, i)], &choice->kept[i]);
         }
     for (uint32_t i = 0; i < c->n; i++)
         if (c->light[i] != LUM_NO_OBJECT) {
@@ -202,7 +240,9 @@ static void fill(struct lum_vpl_set *set, const struct choice *choice, const str
                 if (!(choice->priority[i] > step) || (earlier++ > 0) != round)
                     continue;
                 float factor = (float)(scale * (double)lum_max(1.0f, step / choice->w[i]));
-                copy(set, round == 0 ? slot : find_free(set, run, i), choice->candidates, i, factor);
+                uint32_t to = round == 0 ? slot : find_free(set, run, i);
+                copy(set, to, choice->candidates, i, factor);
+                choice->ret_kept[to] = choice->around[place_of(choice, i)];
             }
         }
 }
@@ -214,8 +254,10 @@ static enum lum_status begin(struct choice *choice, struct lum_error *err)
         choice->n_cells *= 2;
     choice->w = lum_calloc(3 * (size_t)n, sizeof *choice->w);
     choice->cells = lum_calloc(choice->n_cells, sizeof *choice->cells);
-    if (!choice->w || !choice->cells)
+    choice->kept = lum_calloc(n + PLACES, sizeof *choice->kept);
+    if (!choice->w || !choice->cells || !choice->kept)
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory to choose from %u virtual point lights", n);
+    choice->around = choice->kept + n;
     choice->priority = choice->w + n;
     choice->sorted = choice->priority + n;
     for (uint32_t i = 0; i < choice->n_cells; i++)
@@ -224,9 +266,10 @@ static enum lum_status begin(struct choice *choice, struct lum_error *err)
 }
 
 enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set *candidates,
-                               const struct lum_vpl_plan *plan, const struct lum_vpl_request *rq, struct lum_error *err)
+                               const struct lum_vpl_plan *plan, const struct lum_vpl_request *rq,
+                               struct lum_vpl_kept *ret_kept, struct lum_error *err)
 {
-    struct choice choice = {.candidates = candidates, .plan = plan, .snapshot = rq->snapshot};
+    struct choice choice = {.candidates = candidates, .plan = plan, .snapshot = rq->snapshot, .ret_kept = ret_kept};
     enum lum_status status = begin(&choice, err);
     if (status == LUM_OK)
         status = lum_vpl_run(rq, plan->n, probe, &choice, err);
@@ -241,6 +284,7 @@ enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set
                 fill(set, &choice, &run, &step);
         }
     }
+    lum_free(choice.kept);
     lum_free(choice.cells);
     lum_free(choice.w);
     return status;

@@ -305,7 +305,8 @@ enum { RADII_OF_JOB = 64, LOOKED_AT = 4096 };
 
 struct radii {
     struct lum_vpl_set *set;
-    float limit;
+    const struct lum_vpl_kept *kept; /* by slot; may be NULL */
+    float scene_radius;
 };
 
 static void measure_radii(void *ctx, uint32_t job, struct lum_counters *counters)
@@ -313,18 +314,20 @@ static void measure_radii(void *ctx, uint32_t job, struct lum_counters *counters
     const struct radii *radii = ctx;
     struct lum_vpl_set *set = radii->set;
     uint32_t step = (set->n_bounced + LOOKED_AT - 1) / LOOKED_AT;
-    float per = 1.0f / (float)(NEIGHBOURS * step), most = radii->limit * radii->limit / per;
+    float per = 1.0f / (float)(NEIGHBOURS * step), limit = RADIUS_MAX * radii->scene_radius;
     (void)counters;
     for (uint32_t i = job * RADII_OF_JOB; i < set->n_bounced && i < (job + 1) * RADII_OF_JOB; i++)
         if (set->light[i] != LUM_NO_OBJECT) {
-            float beside, area = reach2(set, i, step, most, &beside) * per;
+            float beside, area = reach2(set, i, step, limit * limit / per, &beside) * per;
             set->radius[i] = sqrtf(area * fminf(fmaxf(beside, 1.0f), AREA_MAX));
+            if (radii->kept)
+                set->gain[i] = lum_vpl_gain(&radii->kept[i], radii->scene_radius, LUM_VPL_LIFT * set->radius[i]);
         }
 }
 
-enum lum_status lum_vpl_measure_radii(struct lum_vpl_set *set, float scene_radius, const struct lum_vpl_request *rq,
-                                      struct lum_error *err)
+enum lum_status lum_vpl_measure_radii(struct lum_vpl_set *set, const struct lum_vpl_kept *kept,
+                                      const struct lum_vpl_request *rq, struct lum_error *err)
 {
-    struct radii radii = {set, RADIUS_MAX * scene_radius};
+    struct radii radii = {set, kept, rq->snapshot->lights.scene_radius};
     return lum_vpl_run(rq, (set->n_bounced + RADII_OF_JOB - 1) / RADII_OF_JOB, measure_radii, &radii, err);
 }

@@ -5,6 +5,7 @@
 
 #include "core/base/base.h"
 #include "core/light/light.h"
+#include "core/vpl/lifted.h"
 #include "core/vpl/vpl.h"
 
 /* A light's share of the paths. By index in the light table. */
@@ -62,15 +63,16 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
 /* lum_vpl_set.spacing; at most limit. */
 float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit);
 
-/* Fills in lum_vpl_set.radius; at most a tenth of scene_radius, and of what is more important than what is around it at
- * most four times that. */
-LUM_MUST_USE enum lum_status lum_vpl_measure_radii(struct lum_vpl_set *set, float scene_radius,
+/* Fills in lum_vpl_set.radius, and gain by what is kept of each slot (NULL: it stays 0); at most a tenth of
+ * scene_radius, and of what is more important than what is around it at most four times that. */
+LUM_MUST_USE enum lum_status lum_vpl_measure_radii(struct lum_vpl_set *set, const struct lum_vpl_kept *kept,
                                                    const struct lum_vpl_request *rq, struct lum_error *err);
 
-/* Fills the slots of set for bounced light from the tries in candidates (choose.c). Rays are added as LUM_RAY_VPL. */
+/* Fills the slots of set for bounced light from the tries in candidates (choose.c), and ret_kept, of as many, with
+ * means. Rays are added as LUM_RAY_VPL. */
 LUM_MUST_USE enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set *candidates,
                                             const struct lum_vpl_plan *plan, const struct lum_vpl_request *rq,
-                                            struct lum_error *err);
+                                            struct lum_vpl_kept *ret_kept, struct lum_error *err);
 
 /* Runs jobs over the request's pool, if there is one, and adds up in its counters what they count. */
 LUM_MUST_USE enum lum_status lum_vpl_run(const struct lum_vpl_request *rq, uint32_t n_jobs,

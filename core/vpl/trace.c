@@ -399,7 +399,7 @@ static enum lum_status alloc_arrays(struct lum_vpl_set *set, struct lum_error *e
                         &set->nz,      &set->flux_unit[0], &set->flux_unit[1], &set->flux_unit[2], &set->flux[0],
                         &set->flux[1], &set->flux[2],      &set->importance,   &set->radius,       &set->lobe,
                         &set->wx,      &set->wy,           &set->wz,           &set->alpha,        &set->f0,
-                        &set->f90};
+                        &set->f90,     &set->gain};
     uint32_t **indices[] = {&set->light, &set->object, &set->prim};
     size_t n = padded(set->n), n_floats = LUM_ARRAY_LEN(floats), n_indices = LUM_ARRAY_LEN(indices);
     char *memory = lum_calloc(1, n * (n_floats * sizeof(float) + n_indices * sizeof(uint32_t)) +
@@ -476,8 +476,9 @@ static uint32_t tries_of(const struct lum_vpl_request *rq)
     return tries < fit ? tries : fit;
 }
 
-/* Traces the paths, and fills the slots for bounced light. */
-static enum lum_status fill(struct lum_vpl_set *set, const struct lum_vpl_request *rq, struct lum_error *err)
+/* Traces the paths, and fills the slots for bounced light; where there are tries to choose from, ret_kept, too. */
+static enum lum_status fill(struct lum_vpl_set *set, const struct lum_vpl_request *rq, struct lum_vpl_kept *ret_kept,
+                            struct lum_error *err)
 {
     struct lum_vpl_plan plan;
     lum_vpl_plan_init(&plan, set);
@@ -489,7 +490,7 @@ static enum lum_status fill(struct lum_vpl_set *set, const struct lum_vpl_reques
     if (status == LUM_OK)
         status = emit_all(rq, &plan, &candidates, err);
     if (status == LUM_OK)
-        status = lum_vpl_choose(set, &candidates, &plan, rq, err);
+        status = lum_vpl_choose(set, &candidates, &plan, rq, ret_kept, err);
     lum_vpl_finish(&candidates);
     return status;
 }
@@ -508,26 +509,29 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
                               .gloss = rq->gloss,
                               .versions = lum_versions_seen(s, rq->media),
                               .valid = true};
-    enum lum_status status = alloc_arrays(&set, err);
+    struct lum_vpl_kept *kept = lum_calloc(rq->n, sizeof *kept);
+    enum lum_status status = kept ? LUM_OK : lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for %u slots", rq->n);
+    if (status == LUM_OK)
+        status = alloc_arrays(&set, err);
     if (status == LUM_OK)
         status = lum_vpl_share_paths(&set, previous, s, err);
     if (status == LUM_OK)
-        status = fill(&set, rq, err);
-    if (status != LUM_OK) {
-        lum_vpl_finish(&set);
-        return status;
-    }
+        status = fill(&set, rq, kept, err);
+    if (status != LUM_OK)
+        goto out;
     lum_vpl_place_sky(&set, s);
     apply_power(&set, s);
     set.spacing = lum_vpl_measure_spacing(&set, s->lights.scene_radius);
-    status = lum_vpl_measure_radii(&set, s->lights.scene_radius, rq, err);
-    if (status != LUM_OK) {
-        lum_vpl_finish(&set);
-        return status;
-    }
+    status = lum_vpl_measure_radii(&set, set.tries > 1 ? kept : NULL, rq, err);
+    if (status != LUM_OK)
+        goto out;
     find_moved(&set, previous);
     *ret_set = set;
-    return LUM_OK;
+out:
+    lum_free(kept);
+    if (status != LUM_OK)
+        lum_vpl_finish(&set);
+    return status;
 }
 
 enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_request *rq, struct lum_error *err)

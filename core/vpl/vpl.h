@@ -54,6 +54,7 @@ struct lum_vpl_set {
                           * colour of a surface and no dimmed light changes it. 0: empty slot */
     float *radius;       /* of the area that it stands for, which is more where it is more important than those
                           * around it; scene units; 0: of the sky */
+    float *gain;         /* of its near light, for what it loses when it is lifted (lifted.h); 0 without tries */
     float *lobe;         /* share of its flux that goes by a glossy lobe (lum_vpl_lobe); 0 unless that was asked for */
     float *wx, *wy, *wz; /* unit, to where the light came from */
     float *alpha, *f0, *f90; /* of the lobe; reflectances over its albedo for w */
