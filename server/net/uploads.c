@@ -223,9 +223,8 @@ bool lum_uploads_announce(struct lum_uploads *all, struct lum_session_ref by, co
         return false;
     if (all->n_bytes + n_bytes > all->config.max_bytes)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "files",
-                              "this server keeps %llu MiB of uploads, and has %llu MiB already",
-                              (unsigned long long)(all->config.max_bytes >> 20),
-                              (unsigned long long)(all->n_bytes >> 20));
+                              "this server keeps %llu MiB of uploads, and has %.1f MiB already or on their way",
+                              (unsigned long long)(all->config.max_bytes >> 20), (double)all->n_bytes / 1048576.0);
     if (lum_auth_random(&random, NULL))
         return lum_proto_fail(err, LUM_PROTO_INTERNAL, "internal", "", "no random numbers for a ticket");
     u->state = ANNOUNCED;

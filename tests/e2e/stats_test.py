@@ -88,7 +88,7 @@ class StatsOnThePage(unittest.TestCase):
         with Daemon() as daemon:
             ws = daemon.connect()
             ws.call("scene.apply", {"ops": MIRROR})
-            view = ws.call("view.open", {"size": [64, 48], "method": "path", "budget": {"error": 0.02}})["view_id"]
+            view = ws.call("view.open", {"size": [64, 48], "method": "path", "budget": {"error": 0.05}})["view_id"]
             frames = list(self.frames_of(ws, view))
             first = next(f["predicted"] for f in frames if f["predicted"])
             self.assertTrue(first["ms_most"] is None or first["ms_least"] <= first["ms"] <= first["ms_most"], first)
@@ -98,7 +98,7 @@ class StatsOnThePage(unittest.TestCase):
             self.assertEqual((frames[0]["predicted"], frames[0]["budget_verdict"]), (None, "open"))
             final = frames[-1]
             self.assertEqual((final["stopped_by"], final["budget_verdict"]), ("error", "met"))
-            self.assertLessEqual(final["error"]["bound"], 0.02)
+            self.assertLessEqual(final["error"]["bound"], 0.05)
             self.assertIn(final["predicted"]["stopped_by"], ("error", "spp"))
             # Without light by way of other surfaces it is off by more, which the first measurement tells.
             ws.call("view.update", {"view_id": view, "method": "whitted", "budget": {"error": 0.0001}})

@@ -4,7 +4,22 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/report/shot.h"
 #include "tests/support/director_client.h"
+
+/* Pictures of reports in small: what is shown here is when they are made. */
+enum lum_status __real_lum_shot_create(const struct lum_world *w, const struct lum_shot_desc *desc,
+                                       struct lum_shot **ret_shot, struct lum_error *err);
+enum lum_status __wrap_lum_shot_create(const struct lum_world *w, const struct lum_shot_desc *desc,
+                                       struct lum_shot **ret_shot, struct lum_error *err);
+enum lum_status __wrap_lum_shot_create(const struct lum_world *w, const struct lum_shot_desc *desc,
+                                       struct lum_shot **ret_shot, struct lum_error *err)
+{
+    struct lum_shot_desc small = *desc;
+    small.w /= 6;
+    small.h /= 6;
+    return __real_lum_shot_create(w, &small, ret_shot, err);
+}
 
 /* A bulb of 100 cd, 2 m above a black floor: 25 lx below it. */
 static const char lit[] =

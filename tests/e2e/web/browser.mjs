@@ -47,7 +47,7 @@ export async function open(context, url, onText = () => undefined) {
 }
 
 /** Waits until the newest change of the view and revision `rev` are on screen, with `spp` samples per pixel. */
-export async function settled({ page, watch }, { spp = 4, rev = 0 } = {}) {
+export async function settled({ page, watch }, { spp = 2, rev = 0 } = {}) {
     // What the page decided to send in this frame has left it two frames later.
     await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
     await page.waitForFunction(

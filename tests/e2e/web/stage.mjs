@@ -40,7 +40,7 @@ export function serve(...daemonArguments) {
 }
 
 /** Does something to the scene, and waits until the picture shows it. */
-export async function edit(action, spp = 4) {
+export async function edit(action, spp = 2) {
     const rev = await shownRev(page);
     await action();
     await settled(tab, { rev: rev + 1, spp });
