@@ -14,30 +14,24 @@
 static const uint32_t bit_of[LANES] = {1u << 0, 1u << 1, 1u << 2,  1u << 3,  1u << 4,  1u << 5,  1u << 6,  1u << 7,
                                        1u << 8, 1u << 9, 1u << 10, 1u << 11, 1u << 12, 1u << 13, 1u << 14, 1u << 15};
 
-static uint32_t all_bits(const uint32_t bits[LANES])
-{
-    uint32_t all = 0;
-    for (uint32_t i = 0; i < LANES; i++)
-        all |= bits[i];
-    return all;
-}
-
 uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver *at, uint32_t word)
 {
     const struct lum_vec3 n = at->n, g = at->ng;
     uint64_t all = 0;
     for (uint32_t k = 64 * word; k < set->n && k < 64 * (word + 1); k += LANES) { /* padding faces nothing */
         const struct lum_vec3 p = lum_vpl_seen_from(set, k, at->p);
-        uint32_t faces[LANES];
+        const float *px = set->px + k, *py = set->py + k, *pz = set->pz + k; /* an index of 32 bits may wrap */
+        const float *nx = set->nx + k, *ny = set->ny + k, *nz = set->nz + k;
+        uint32_t faces = 0;
         for (uint32_t i = 0; i < LANES; i++) {
-            float dx = set->px[k + i] - p.x, dy = set->py[k + i] - p.y, dz = set->pz[k + i] - p.z;
+            float dx = px[i] - p.x, dy = py[i] - p.y, dz = pz[i] - p.z;
             float to = dx * n.x + dy * n.y + dz * n.z, side = dx * g.x + dy * g.y + dz * g.z;
-            float from = -(dx * set->nx[k + i] + dy * set->ny[k + i] + dz * set->nz[k + i]);
+            float from = -(dx * nx[i] + dy * ny[i] + dz * nz[i]);
             float least = to < side ? to : side;
             least = least < from ? least : from;
-            faces[i] = least > 0.0f ? bit_of[i] : 0u;
+            faces |= least > 0.0f ? bit_of[i] : 0u;
         }
-        all |= (uint64_t)all_bits(faces) << k % 64;
+        all |= (uint64_t)faces << k % 64;
     }
     return all;
 }
@@ -66,8 +60,8 @@ struct terms {
  * is G = a b / (d^2 + m^2 u)^2 (1 + gain s), where a = d.n - (b - h) min(n.n_vpl, 0) and s = m^2 u / (d^2 + m^2 u).
  * dG/dp follows from dd/dp = -1, dh/dp = n_vpl, db/dh = h (1 - u^2) / b and d(m^2 u)/dh = -2 h u^2. Of the sky dd/dp =
  * 0, and m = 1, which is nothing to its distance. */
-static void lifted_terms(const struct places *of, const struct lum_receiver *at, uint32_t bits, float lift,
-                         struct terms *restrict ret)
+static inline void lifted_terms(const struct places *of, const struct lum_receiver *at, uint32_t bits, float lift,
+                                bool gradient, struct terms *restrict ret)
 {
     const bool sky = of->sky;
     const struct lum_vec3 p = sky ? lum_v3(0.0f, 0.0f, 0.0f) : at->p, n = at->n;
@@ -92,11 +86,13 @@ static void lifted_terms(const struct places *of, const struct lum_receiver *at,
         float of_near = 2.0f * a * b * per_r4 * per_r2 * more;
         per_r4 *= times;
         float term = a * b * per_r4, spread = 4.0f * term * per_r2 * moves;
+        ret->g[i] = term;
+        if (!gradient)
+            continue;
         float along = (a * slope + b * (1.0f - slope) * opposed) * per_r4 * moves + spread * h * u * u;
         along -= of_near * (1.0f - near) * h * u * u;
         spread += of_near * near;
         float across = b * per_r4 * moves;
-        ret->g[i] = term;
         ret->x[i] = along * vx - across * n.x + spread * dx;
         ret->y[i] = along * vy - across * n.y + spread * dy;
         ret->z[i] = along * vz - across * n.z + spread * dz;
@@ -105,21 +101,23 @@ static void lifted_terms(const struct places *of, const struct lum_receiver *at,
 
 /* ---- drawing ---- */
 
-/* What VPLs that the point faces would bring it, of bounced light. */
+/* What VPLs that the point faces would bring it, of bounced light; 0 of slots that fill the last LUM_DRAW_BLOCK up. */
 static uint32_t find_reach(const struct lum_vpl_set *set, const struct lum_receiver *at, float lift,
                            const uint64_t *faces, float *ret_reach)
 {
-    uint32_t n = 0;
-    for (uint32_t k = 0; k < set->n_bounced; k += LANES) {
+    uint32_t n = 0, n_slots = (set->n_bounced + LUM_DRAW_BLOCK - 1) / LUM_DRAW_BLOCK * LUM_DRAW_BLOCK;
+    for (uint32_t k = 0; k < n_slots; k += LANES) {
         uint32_t bits = (uint32_t)(faces[k / 64] >> k % 64) & ((1u << LANES) - 1u);
         struct terms terms;
         memset(ret_reach + k, 0, LANES * sizeof *ret_reach);
         if (!bits)
             continue;
         struct places places = places_of(set, k);
-        lifted_terms(&places, at, bits, lift, &terms);
+        lifted_terms(&places, at, bits, lift, false, &terms);
+        const float *importance = set->importance + k;
+        float *reach = ret_reach + k;
         for (uint32_t i = 0; i < LANES; i++)
-            ret_reach[k + i] = terms.g[i] * set->importance[k + i];
+            reach[i] = terms.g[i] * importance[i];
         n += (uint32_t)__builtin_popcount(bits);
     }
     return n;
@@ -173,19 +171,45 @@ static uint32_t hash_cell(struct lum_vec3 p)
     return lum_hash_combine(lum_hash_combine(lum_hash_u32(x), y), z);
 }
 
-/* Of a block those that are not drawn: bit by slot. The chances are added up from a number in [0, 1) on; who takes the
- * sum to the next whole number is drawn. */
-static uint64_t left_out_of(const float *reach, uint32_t n_slots, float step, uint32_t number)
+/* Chances of drawing are counted in parts: what a block sums to, at most LUM_DRAW_BLOCK, must fit. */
+#define PARTS_BITS 24
+_Static_assert(LUM_DRAW_BLOCK < 1u << (32 - PARTS_BITS), "a sum of chances fits");
+
+/* Adds to each the one that is so many before it; below the first there are zeros. */
+static void add_before(const uint32_t *restrict a, int32_t by, uint32_t *restrict ret)
 {
-    float sum = (float)(number >> 8) * 0x1p-24f, per_step = 1.0f / step;
-    uint64_t left_out = 0;
-    int32_t before = 0;
-    for (uint32_t i = 0; i < n_slots; i++) {
-        sum += lum_min(reach[i] * per_step, 1.0f);
-        int32_t now = (int32_t)sum;
-        left_out |= (uint64_t)(now == before) << i;
-        before = now;
+    for (int32_t i = 0; i < (int32_t)LUM_DRAW_BLOCK; i++)
+        ret[i] = a[i] + a[i - by];
+}
+
+/* Sums of the chances of a block, up to each, it included. By doubling: vector code. */
+static void sum_chances(const float *restrict reach, float per_step, uint32_t before, uint32_t *restrict ret_sums)
+{
+    uint32_t a[2 * LUM_DRAW_BLOCK] = {0}, b[2 * LUM_DRAW_BLOCK] = {0};
+    uint32_t *to_a = a + LUM_DRAW_BLOCK, *to_b = b + LUM_DRAW_BLOCK;
+    for (uint32_t i = 0; i < LUM_DRAW_BLOCK; i++) {
+        float chance = reach[i] * per_step, most = chance < 1.0f ? chance : 1.0f;
+        to_a[i] = (uint32_t)(int32_t)(most * (float)(1 << PARTS_BITS) + 0.5f);
     }
+    add_before(to_a, 1, to_b);
+    add_before(to_b, 2, to_a);
+    add_before(to_a, 4, to_b);
+    add_before(to_b, 8, to_a);
+    add_before(to_a, 16, to_b);
+    for (uint32_t i = 0; i < LUM_DRAW_BLOCK; i++)
+        ret_sums[i] = before + to_b[i];
+}
+_Static_assert(LUM_DRAW_BLOCK == 32, "sum_chances doubles five times");
+
+/* Of a block those that are not drawn: bit by slot. The chances are added up from a number in [0, 1) on; who takes the
+ * sum to the next whole number is drawn. In whole numbers, so that the sum cannot fall. */
+static uint32_t left_out_of(const float *reach, float step, uint32_t number)
+{
+    uint32_t sums[LUM_DRAW_BLOCK + 1], left_out = 0;
+    sums[0] = number >> (32 - PARTS_BITS);
+    sum_chances(reach, 1.0f / step, sums[0], sums + 1);
+    for (uint32_t i = 0; i < LUM_DRAW_BLOCK; i++)
+        left_out |= (uint32_t)(sums[i + 1] >> PARTS_BITS == sums[i] >> PARTS_BITS) << i;
     return left_out;
 }
 
@@ -212,11 +236,8 @@ float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at,
     if (find_reach(set, at, lift, ret_bits, reach) <= n)
         return 0.0f;
     float step = find_step(reach, set->n_bounced, n);
-    for (uint32_t k = 0; k < set->n_bounced; k += LUM_DRAW_BLOCK) {
-        uint32_t n_slots = set->n_bounced - k < LUM_DRAW_BLOCK ? set->n_bounced - k : LUM_DRAW_BLOCK;
-        uint64_t left_out = left_out_of(reach + k, n_slots, step, lum_hash_combine(cell, k));
-        ret_bits[k / 64] &= ~(left_out << k % 64);
-    }
+    for (uint32_t k = 0; k < set->n_bounced; k += LUM_DRAW_BLOCK)
+        ret_bits[k / 64] &= ~((uint64_t)left_out_of(reach + k, step, lum_hash_combine(cell, k)) << k % 64);
     return step;
 }
 
@@ -350,7 +371,7 @@ static void add_packed(struct sum_job *job, struct packed *packed)
                             packed->radius,
                             packed->gain,
                             packed->sky};
-    lifted_terms(&places, job->at, (UINT32_C(1) << packed->n_lanes) - 1u, job->lift, &terms);
+    lifted_terms(&places, job->at, (UINT32_C(1) << packed->n_lanes) - 1u, job->lift, true, &terms);
     weigh(packed, job->step, job->per_sky_point, &terms);
     if (job->lobes && !packed->sky)
         add_lobes(packed, job->at, &terms);

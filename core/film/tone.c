@@ -6,6 +6,7 @@
 #include "core/film/film.h"
 
 #include <float.h>
+#include <math.h>
 #include <string.h>
 
 const char *const lum_tone_map_names[] = {"agx", "aces", "reinhard", "none", NULL};
@@ -20,35 +21,57 @@ double lum_exposure_white(double ev100)
     return 1.2 * exp2(ev100);
 }
 
-/* Mean luminance of the block whose corner is x, y; 0 where it is not finite. */
+/* Mean luminance of the block whose corner is x, y; 0 where it is not finite. Of each picture that is shown: so without
+ * lum_film_mean, a call for every pixel. */
 static double block_luminance(const struct lum_film *film, uint32_t x, uint32_t y)
 {
-    double sum = 0.0, n = 0.0;
-    for (uint32_t j = y; j < y + EXPOSURE_BLOCK && j < film->h; j++)
-        for (uint32_t i = x; i < x + EXPOSURE_BLOCK && i < film->w; i++, n += 1.0)
-            sum += (double)lum_luminance(lum_film_mean(film, i, j));
-    return isfinite(sum) ? sum / n : 0.0;
+    double sum = 0.0;
+    uint32_t w = film->w - x < EXPOSURE_BLOCK ? film->w - x : EXPOSURE_BLOCK;
+    uint32_t h = film->h - y < EXPOSURE_BLOCK ? film->h - y : EXPOSURE_BLOCK;
+    for (uint32_t j = y; j < y + h; j++)
+        for (size_t i = (size_t)j * film->w + x; i < (size_t)j * film->w + x + w; i++) {
+            const double *a = &film->half[0][3 * i], *b = &film->half[1][3 * i];
+            double n = (double)film->n[0][i] + (double)film->n[1][i];
+            struct lum_rgb all = lum_rgb((float)(a[0] + b[0]), (float)(a[1] + b[1]), (float)(a[2] + b[2]));
+            sum += n > 0.0 ? (double)lum_luminance(all) / n : 0.0;
+        }
+    return isfinite(sum) ? sum / (w * h) : 0.0;
+}
+
+/* Blocks by the octave of their luminance, from 2^OCTAVE_MIN cd/m2 on: so the film is read once. */
+enum { OCTAVE_MIN = -64, N_OCTAVES = 128 };
+struct octave {
+    double log_sum, n;
+};
+
+static int octave_of(double luminance)
+{
+    int octave = ilogb(luminance) - OCTAVE_MIN;
+    return octave < 0 ? 0 : octave >= N_OCTAVES ? N_OCTAVES - 1 : octave;
 }
 
 /* The logarithm is taken of blocks, not of pixels: in a picture of few samples many pixels are still black by chance.
- * What is black in truth (four decades below the mean of the picture) has no say. */
+ * What is black in truth (more than four decades below the mean of the picture, to an octave) has no say. */
 double lum_exposure_auto(const struct lum_film *film)
 {
-    double sum = 0.0, n = 0.0;
+    struct octave octaves[N_OCTAVES] = {{0.0, 0.0}};
+    double sum = 0.0, n = 0.0, log_sum = 0.0, n_lit = 0.0;
     for (uint32_t y = 0; y < film->h; y += EXPOSURE_BLOCK)
-        for (uint32_t x = 0; x < film->w; x += EXPOSURE_BLOCK, n += 1.0)
-            sum += block_luminance(film, x, y);
+        for (uint32_t x = 0; x < film->w; x += EXPOSURE_BLOCK, n += 1.0) {
+            double luminance = block_luminance(film, x, y);
+            if (!(luminance > 0.0))
+                continue;
+            struct octave *at = &octaves[octave_of(luminance)];
+            at->log_sum += log2(luminance);
+            at->n += 1.0;
+            sum += luminance;
+        }
     if (!(sum > 0.0))
         return 0.0;
-    double black = 1e-4 * sum / n, log_sum = 0.0, n_lit = 0.0;
-    for (uint32_t y = 0; y < film->h; y += EXPOSURE_BLOCK)
-        for (uint32_t x = 0; x < film->w; x += EXPOSURE_BLOCK) {
-            double l = block_luminance(film, x, y);
-            if (l > black) {
-                log_sum += log2(l);
-                n_lit += 1.0;
-            }
-        }
+    for (int i = octave_of(1e-4 * sum / n); i < N_OCTAVES; i++) {
+        log_sum += octaves[i].log_sum;
+        n_lit += octaves[i].n;
+    }
     return log_sum / n_lit - log2(MIDDLE_GREY * lum_exposure_white(0.0));
 }
 

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "core/material/bsdf.h"
 #include "core/scene/surface.h"
@@ -11,7 +12,7 @@
 #define MATTE_FLOOR 1e-3f /* of what has no such part: black can still be divided by */
 /* Another object, or another kind of surface, has its light only where nothing alike is near. */
 #define UNLIKE 1e-3f
-/* Below this weight the four nearest pixels are no neighbours, and those around them are asked. */
+/* Below this weight the four nearest pixels are no neighbours. */
 #define ENOUGH 0.05f
 
 struct job {
@@ -19,12 +20,6 @@ struct job {
     struct lum_rgb *light; /* of the coarse picture, over albedo */
     const struct lum_pass *pass;
     float scale; /* pixels of the coarse picture per one of the full */
-};
-
-/* A pixel of the full picture, and where it is in the coarse one. */
-struct target {
-    size_t pixel;
-    float x, y; /* in coarse pixels, whose centres are whole numbers */
 };
 
 static struct lum_rgb divisor(const struct lum_surfaces *s, size_t pixel)
@@ -47,56 +42,105 @@ static struct lum_rgb light_at(const struct job *j, uint32_t x, uint32_t y)
     return lum_rgb_div(radiance, divisor(c->surfaces, i));
 }
 
-/* What a coarse pixel's surface says of the target's, 0 .. 1: the same kind, facing the same way, in the same plane to
- * within half of what a coarse pixel covers. */
-static float likeness(const struct job *j, size_t target, size_t from)
-{
-    const struct lum_surfaces *fine = j->pass->surfaces, *coarse = j->coarse->surfaces;
-    float alike = fine->kind[target] == coarse->kind[from] ? 1.0f : UNLIKE;
-    bool by_object = (fine->kind[target] & (LUM_PIXEL_SPECULAR | LUM_PIXEL_SHEET | LUM_PIXEL_SHINES)) != 0;
-    if (by_object && fine->object[target] != coarse->object[from])
-        alike *= UNLIKE;
-    if (fine->object[target] == LUM_NO_OBJECT || coarse->object[from] == LUM_NO_OBJECT)
-        return alike;
-    struct lum_vec3 n = fine->n[target];
-    float cosine = fmaxf(lum_dot(n, coarse->n[from]), 0.0f);
-    float off = lum_dot(n, lum_v3_sub(coarse->p[from], fine->p[target]));
-    float far = off / (0.5f * j->coarse->eye->per_pixel * fine->depth[target]);
-    return alike * cosine * cosine / (1.0f + far * far);
-}
+/* ---- pixels of the full picture ---- */
 
-struct gathered {
-    struct lum_rgb light; /* over albedo */
-    float weight;
+/* Pixels in a row that lie between the same coarse ones: as many as there are, at most. */
+#define LANES 16u
+
+struct span {
+    uint32_t n;
+    size_t pixel;      /* the first */
+    float x[LANES], y; /* in coarse pixels, whose centres are whole numbers */
+    float px[LANES], py[LANES], pz[LANES], nx[LANES], ny[LANES], nz[LANES];
+    float per_reach[LANES];                                /* one over half of what a coarse pixel covers there */
+    uint32_t kind[LANES], object[LANES], by_object[LANES]; /* the last: 1 if another object is unlike */
 };
 
-/* Pixels within `reach` of the target, by a tent of that width. */
-static struct gathered gather(const struct job *j, const struct target *t, float reach)
+struct gathered {
+    float r[LANES], g[LANES], b[LANES]; /* light over albedo, weighted */
+    float weight[LANES];
+};
+
+/* Unused lanes repeat the first. */
+static void load_span(struct span *s, const struct job *j)
 {
-    const struct lum_film *film = j->coarse->film;
-    struct gathered sum = {.weight = 0.0f};
-    int y0 = (int)ceilf(t->y - reach), y1 = (int)floorf(t->y + reach);
-    int x0 = (int)ceilf(t->x - reach), x1 = (int)floorf(t->x + reach);
-    for (int y = y0 < 0 ? 0 : y0; y <= y1 && y < (int)film->h; y++)
-        for (int x = x0 < 0 ? 0 : x0; x <= x1 && x < (int)film->w; x++) {
-            size_t from = (size_t)y * film->w + (size_t)x;
-            float tent = (reach - fabsf((float)x - t->x)) * (reach - fabsf((float)y - t->y));
-            float weight = tent * (likeness(j, t->pixel, from) + UNLIKE * UNLIKE);
-            sum.light = lum_rgb_add(sum.light, lum_rgb_scale(j->light[from], weight));
-            sum.weight += weight;
-        }
-    return sum;
+    const struct lum_surfaces *fine = j->pass->surfaces;
+    for (uint32_t i = 0; i < LANES; i++) {
+        size_t pixel = s->pixel + (i < s->n ? i : 0);
+        struct lum_vec3 p = fine->p[pixel], n = fine->n[pixel];
+        s->px[i] = p.x, s->py[i] = p.y, s->pz[i] = p.z;
+        s->nx[i] = n.x, s->ny[i] = n.y, s->nz[i] = n.z;
+        s->per_reach[i] = 1.0f / (0.5f * j->coarse->eye->per_pixel * fine->depth[pixel]);
+        s->kind[i] = fine->kind[pixel];
+        s->object[i] = fine->object[pixel];
+        s->by_object[i] = (fine->kind[pixel] & (LUM_PIXEL_SPECULAR | LUM_PIXEL_SHEET | LUM_PIXEL_SHINES)) != 0;
+    }
 }
 
-static struct lum_rgb radiance_of(const struct job *j, const struct target *t)
+/* Adds a coarse pixel by a tent of width `reach`, and by what its surface says of the span's, 0 .. 1: the same kind,
+ * facing the same way, in the same plane to within half of what a coarse pixel covers. Without a branch: vector code.
+ */
+static void add_coarse(const struct job *j, const struct span *restrict s, uint32_t x, uint32_t y, float reach,
+                       struct gathered *restrict inout)
 {
-    struct gathered sum = gather(j, t, 1.0f);
-    if (sum.weight < ENOUGH)
-        sum = gather(j, t, 2.0f);
-    if (!(sum.weight > 0.0f))
-        return lum_grey(0.0f);
-    return lum_rgb_scale(lum_rgb_mul(sum.light, divisor(j->pass->surfaces, t->pixel)), 1.0f / sum.weight);
+    const struct lum_surfaces *coarse = j->coarse->surfaces;
+    size_t from = (size_t)y * j->coarse->film->w + x;
+    const struct lum_vec3 p = coarse->p[from], n = coarse->n[from];
+    const struct lum_rgb light = j->light[from];
+    const uint32_t kind = coarse->kind[from], object = coarse->object[from];
+    const float across = (float)x, down = reach - fabsf((float)y - s->y);
+    for (uint32_t i = 0; i < LANES; i++) {
+        float alike = s->kind[i] == kind ? 1.0f : UNLIKE;
+        alike *= (s->by_object[i] & (uint32_t)(s->object[i] != object)) ? UNLIKE : 1.0f;
+        float cosine = s->nx[i] * n.x + s->ny[i] * n.y + s->nz[i] * n.z;
+        cosine = cosine > 0.0f ? cosine : 0.0f;
+        float off = s->nx[i] * (p.x - s->px[i]) + s->ny[i] * (p.y - s->py[i]) + s->nz[i] * (p.z - s->pz[i]);
+        float far = off * s->per_reach[i];
+        float of_plane = cosine * cosine / (1.0f + far * far);
+        bool nothing = (s->object[i] == LUM_NO_OBJECT) | (object == LUM_NO_OBJECT);
+        alike *= nothing ? 1.0f : of_plane;
+        float tent = down * (reach - fabsf(across - s->x[i]));
+        float weight = (tent > 0.0f ? tent : 0.0f) * (alike + UNLIKE * UNLIKE);
+        inout->r[i] += light.r * weight;
+        inout->g[i] += light.g * weight;
+        inout->b[i] += light.b * weight;
+        inout->weight[i] += weight;
+    }
 }
+
+/* All coarse pixels within `reach` of any of the span. */
+static void gather(const struct job *j, const struct span *s, float reach, struct gathered *ret_sum)
+{
+    const struct lum_film *film = j->coarse->film;
+    int y0 = (int)ceilf(s->y - reach), y1 = (int)floorf(s->y + reach);
+    int x0 = (int)ceilf(s->x[0] - reach), x1 = (int)floorf(s->x[s->n - 1] + reach);
+    memset(ret_sum, 0, sizeof *ret_sum);
+    for (int y = y0 < 0 ? 0 : y0; y <= y1 && y < (int)film->h; y++)
+        for (int x = x0 < 0 ? 0 : x0; x <= x1 && x < (int)film->w; x++)
+            add_coarse(j, s, (uint32_t)x, (uint32_t)y, reach, ret_sum);
+}
+
+/* Where the four nearest are no neighbours, those around them are asked. */
+static void gather_enough(const struct job *j, const struct span *s, struct gathered *ret_sum)
+{
+    struct gathered wide;
+    uint32_t few = 0;
+    gather(j, s, 1.0f, ret_sum);
+    for (uint32_t i = 0; i < s->n; i++)
+        few += ret_sum->weight[i] < ENOUGH;
+    if (few == 0)
+        return;
+    gather(j, s, 2.0f, &wide);
+    for (uint32_t i = 0; i < s->n; i++) {
+        bool is = ret_sum->weight[i] < ENOUGH;
+        ret_sum->r[i] = is ? wide.r[i] : ret_sum->r[i];
+        ret_sum->g[i] = is ? wide.g[i] : ret_sum->g[i];
+        ret_sum->b[i] = is ? wide.b[i] : ret_sum->b[i];
+        ret_sum->weight[i] = is ? wide.weight[i] : ret_sum->weight[i];
+    }
+}
+
+/* ---- coarse pixels that stand alone ---- */
 
 /* A coarse pixel that met a stripe of sun, or anything else that is thinner than it, would show as a dot of its whole
  * size. What it has beyond so many times the mean of those around it on its surface they share, by a tent that is
@@ -185,24 +229,55 @@ static enum lum_status share_lone(struct job *j, struct lum_error *err)
     return LUM_OK;
 }
 
-/* Both pictures are of the same eye, their middles are the same direction; the coarse one may show a little more. */
+/* ---- all of it ---- */
+
+static void write_span(const struct job *j, const struct span *s, uint32_t x, uint32_t y,
+                       struct lum_counters *inout_counters)
+{
+    const struct lum_pass *pass = j->pass;
+    struct gathered sum;
+    gather_enough(j, s, &sum);
+    for (uint32_t i = 0; i < s->n; i++) {
+        struct lum_rgb radiance =
+            lum_rgb_mul(lum_rgb(sum.r[i], sum.g[i], sum.b[i]), divisor(pass->surfaces, s->pixel + i));
+        radiance = sum.weight[i] > 0.0f ? lum_rgb_scale(radiance, 1.0f / sum.weight[i]) : lum_grey(0.0f);
+        if (s->kind[i] & LUM_PIXEL_SHINES)
+            radiance = lum_rgb_add(
+                radiance, lum_surfaces_shine(pass->snapshot, pass->gbuffer, &pass->tiling, &pass->eye, x + i, y));
+        lum_film_set(pass->film, x + i, y, radiance, &inout_counters->nonfinite);
+    }
+}
+
+/* Where the middle of a pixel of the full picture is in the coarse one. Both are of the same eye, their middles are the
+ * same direction; the coarse one may show a little more. */
+static float in_coarse(const struct job *j, float coarse_size, uint32_t size, uint32_t at)
+{
+    return 0.5f * (coarse_size - 1.0f) + ((float)at + 0.5f - 0.5f * (float)size) * j->scale;
+}
+
 static void tile_job(void *ctx, uint32_t tile, struct lum_counters *counters)
 {
     const struct job *j = ctx;
     const struct lum_tiling *tiling = &j->pass->tiling;
+    const struct lum_eye *eye = j->coarse->eye;
     struct lum_tile_rect r = lum_tile_at(tiling, tile);
-    for (uint32_t y = r.y; y < r.y + r.h; y++)
-        for (uint32_t x = r.x; x < r.x + r.w; x++) {
-            struct target t = {
-                (size_t)y * tiling->w + x,
-                0.5f * (j->coarse->eye->w - 1.0f) + ((float)x + 0.5f - 0.5f * (float)tiling->w) * j->scale,
-                0.5f * (j->coarse->eye->h - 1.0f) + ((float)y + 0.5f - 0.5f * (float)tiling->h) * j->scale};
-            struct lum_rgb radiance = radiance_of(j, &t);
-            if (j->pass->surfaces->kind[t.pixel] & LUM_PIXEL_SHINES)
-                radiance = lum_rgb_add(
-                    radiance, lum_surfaces_shine(j->pass->snapshot, j->pass->gbuffer, tiling, &j->pass->eye, x, y));
-            lum_film_set(j->pass->film, x, y, radiance, &counters->nonfinite);
+    struct span s;
+    for (uint32_t y = r.y; y < r.y + r.h; y++) {
+        s.y = in_coarse(j, eye->h, tiling->h, y);
+        for (uint32_t x = r.x; x < r.x + r.w; x += s.n) {
+            s.pixel = (size_t)y * tiling->w + x;
+            float first = floorf(in_coarse(j, eye->w, tiling->w, x));
+            for (s.n = 0; s.n < LANES && x + s.n < r.x + r.w; s.n++) {
+                s.x[s.n] = in_coarse(j, eye->w, tiling->w, x + s.n);
+                if (floorf(s.x[s.n]) > first)
+                    break;
+            }
+            for (uint32_t i = s.n; i < LANES; i++)
+                s.x[i] = s.x[0];
+            load_span(&s, j);
+            write_span(j, &s, x, y, counters);
         }
+    }
 }
 
 enum lum_status lum_rough_upsample(const struct lum_rough_picture *coarse, const struct lum_pass *pass,

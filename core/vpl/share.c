@@ -247,34 +247,79 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
 /* The k-th nearest tells an area to 1 / sqrt(k) of it: 35 %. The median of at most QUERIES of them, to 3 %. */
 enum { NEIGHBOURS = 8, QUERIES = 256 };
 
+/* VPLs that are looked at together: an AVX-512 register, or two of AVX2. Arrays of a set are padded to them. */
+#define LANES 16u
+
+/* Lane i as bit i. */
+static const uint32_t bit_of[LANES] = {1u << 0, 1u << 1, 1u << 2,  1u << 3,  1u << 4,  1u << 5,  1u << 6,  1u << 7,
+                                       1u << 8, 1u << 9, 1u << 10, 1u << 11, 1u << 12, 1u << 13, 1u << 14, 1u << 15};
+
+/* Of LANES VPLs from k on those that are nearer to VPL i and face as it does, to 60 degrees: round a bend, not round a
+ * corner. Empty slots have no normal. Without a branch, from pointers (an index of 32 bits may wrap): vector code. */
+static uint32_t find_near(const struct lum_vpl_set *set, uint32_t i, uint32_t k, float limit2, float ret_d2[LANES])
+{
+    const float *px = set->px + k, *py = set->py + k, *pz = set->pz + k;
+    const float *nx = set->nx + k, *ny = set->ny + k, *nz = set->nz + k;
+    const struct lum_vec3 p = {set->px[i], set->py[i], set->pz[i]}, n = {set->nx[i], set->ny[i], set->nz[i]};
+    uint32_t all = 0;
+    for (uint32_t l = 0; l < LANES; l++) {
+        float x = p.x - px[l], y = p.y - py[l], z = p.z - pz[l], d2 = x * x + y * y + z * z;
+        float facing = n.x * nx[l] + n.y * ny[l] + n.z * nz[l];
+        all |= (d2 < limit2) & (facing > 0.5f) ? bit_of[l] : 0u;
+        ret_d2[l] = d2;
+    }
+    return all;
+}
+
+/* Lanes from k on that are every step-th. */
+static uint32_t every(uint32_t k, uint32_t step)
+{
+    uint32_t bits = 0;
+    for (uint32_t l = (step - k % step) % step; l < LANES; l += step)
+        bits |= bit_of[l];
+    return bits;
+}
+
+/* Those that are nearest, in increasing order. */
+struct nearest {
+    float d2[NEIGHBOURS], importance[NEIGHBOURS];
+};
+
+static void insert(struct nearest *inout, float d2, float importance)
+{
+    int at = NEIGHBOURS - 1;
+    if (!(d2 < inout->d2[at]))
+        return;
+    for (; at > 0 && inout->d2[at - 1] > d2; at--) {
+        inout->d2[at] = inout->d2[at - 1];
+        inout->importance[at] = inout->importance[at - 1];
+    }
+    inout->d2[at] = d2;
+    inout->importance[at] = importance;
+}
+
 /* Square of the distance from VPL i to its NEIGHBOURS-th nearest on the same side, of every step-th, or limit2; and how
  * important it is beside them, over their mean; neighbours that are not there count as of no importance: what is lone
  * is lifted the more (NOTES, tried and rejected). */
 static float reach2(const struct lum_vpl_set *set, uint32_t i, uint32_t step, float limit2, float *ret_beside)
 {
-    float nearest[NEIGHBOURS], importance[NEIGHBOURS] = {0}, sum = 0.0f;
+    struct nearest nearest = {{0}, {0}};
+    float sum = 0.0f;
     for (int k = 0; k < NEIGHBOURS; k++)
-        nearest[k] = limit2; /* in increasing order */
-    for (uint32_t k = 0; k < set->n_bounced; k += step) {
-        float x = set->px[i] - set->px[k], y = set->py[i] - set->py[k], z = set->pz[i] - set->pz[k];
-        float d2 = x * x + y * y + z * z;
-        if (!(d2 < nearest[NEIGHBOURS - 1]) || k == i)
-            continue;
-        float facing = set->nx[i] * set->nx[k] + set->ny[i] * set->ny[k] + set->nz[i] * set->nz[k];
-        if (!(facing > 0.5f)) /* 60 degrees: round a bend, not round a corner. Empty slots have no normal */
-            continue;
-        int at = NEIGHBOURS - 1;
-        for (; at > 0 && nearest[at - 1] > d2; at--) {
-            nearest[at] = nearest[at - 1];
-            importance[at] = importance[at - 1];
+        nearest.d2[k] = limit2;
+    for (uint32_t k = 0; k < set->n_bounced; k += LANES) {
+        float d2[LANES];
+        uint32_t near = find_near(set, i, k, nearest.d2[NEIGHBOURS - 1], d2);
+        for (near &= step > 1 ? every(k, step) : near; near; near &= near - 1) {
+            uint32_t l = (uint32_t)__builtin_ctz(near);
+            if (k + l != i)
+                insert(&nearest, d2[l], set->importance[k + l]);
         }
-        nearest[at] = d2;
-        importance[at] = set->importance[k];
     }
     for (int k = 0; k < NEIGHBOURS; k++)
-        sum += importance[k];
+        sum += nearest.importance[k];
     *ret_beside = sum > 0.0f ? NEIGHBOURS * set->importance[i] / sum : 1.0f;
-    return nearest[NEIGHBOURS - 1];
+    return nearest.d2[NEIGHBOURS - 1];
 }
 
 /* Of points spread at random with density q, the circle up to the k-th nearest holds k on average: pi d^2 q = k. So the

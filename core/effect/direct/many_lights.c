@@ -168,10 +168,13 @@ static bool any_bit(const uint8_t *bits)
 /* Of the blocks of a tile, one by bit, forgets the light's bits. */
 static void forget_blocks(uint8_t *bits, const struct lum_tile_rect *r, uint32_t blocks)
 {
-    for (uint32_t slot = 0; slot < r->w * r->h; slot++) {
-        uint32_t block = slot / r->w / LUM_MOTION_BLOCK_SIDE * BLOCKS_ACROSS + slot % r->w / LUM_MOTION_BLOCK_SIDE;
-        if (blocks >> block & 1u)
-            bits[slot / 4] &= (uint8_t) ~(3u << 2 * (slot % 4));
+    for (; blocks; blocks &= blocks - 1) {
+        uint32_t block = (uint32_t)__builtin_ctz(blocks);
+        uint32_t x0 = block % BLOCKS_ACROSS * LUM_MOTION_BLOCK_SIDE, x1 = x0 + LUM_MOTION_BLOCK_SIDE;
+        uint32_t y0 = block / BLOCKS_ACROSS * LUM_MOTION_BLOCK_SIDE, y1 = y0 + LUM_MOTION_BLOCK_SIDE;
+        for (uint32_t y = y0; y < y1 && y < r->h; y++)
+            for (uint32_t x = x0; x < x1 && x < r->w; x++)
+                bits[(y * r->w + x) / 4] &= (uint8_t) ~(3u << 2 * ((y * r->w + x) % 4));
     }
 }
 
