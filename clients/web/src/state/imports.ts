@@ -90,9 +90,7 @@ export class Imports {
     async build(room: Room): Promise<void> {
         const { scene, edits, toasts, moveTo } = this.host;
         const { ops, pose } = roomOps(room, (id) => scene.peek(id) !== undefined);
-        const error = await edits.attempt(ops);
-        this.problem.value = error ? sentence(error.message) : '';
-        if (error) return;
+        if (!(await edits.transaction(ops))) return;
         this.planning.value = false;
         moveTo(pose);
         toasts.announce(`A room of ${room.length} by ${room.width} m, ${room.height} m high`);
