@@ -101,7 +101,7 @@ def main():
                 readings = Readings(session)
                 try:
                     drag(session, WARM_S, o.edits)
-                    begin, seq = time.monotonic(), view.picture(converged=False).scene_rev
+                    begin = time.monotonic()
                     sent = drag(session, o.seconds, o.edits)
                     end = time.monotonic()
                 finally:
