@@ -1,8 +1,8 @@
 /** An empty room as ops: six surfaces of known reflectance, and a camera that stands in it. Pure. */
+import { newId } from '../lib/ids';
 import { add, length, scale, sub, type Vec3 } from '../lib/vec';
 import type { Json } from '../protocol/rpc';
 import type { CameraPose, Op } from '../protocol/types';
-import { newId } from './imports';
 
 export interface Room {
     /** Metres: along X, along Z, up. */
