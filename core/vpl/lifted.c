@@ -17,7 +17,8 @@ void lum_vpl_kept_add_miss(struct lum_vpl_kept *inout)
         inout->light[k] += 1.0f;
 }
 
-/* As lifted_terms of core/cache/vpl_sum.c, of which this is a b / (t^2 + m^2 u)^2 over h cos / t^4 t. */
+/* With a, b, h, u of lifted_terms (core/cache/vpl_sum.c): the term a b / (t^2 + m^2 u)^2 over the true one, which is
+ * a h / t^4 with the a of m = 0. */
 void lum_vpl_kept_add(struct lum_vpl_kept *inout, float scene_radius, struct lum_vec3 v, struct lum_vec3 d, float t,
                       struct lum_vec3 n)
 {

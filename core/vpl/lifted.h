@@ -11,15 +11,15 @@
 
 #include "core/math/vec.h"
 
-/* Lifts m for which it is known: LUM_VPL_LIFT_WIDEST of the scene's radius, and each half of the one before. */
+/* Lifts m for which it is known: LUM_VPL_LIFT_WIDEST of the scene's radius, and each half of the one before. What is
+ * lifted further, as a few that are more important than all around them (share.h), has the gain of the widest. */
 #define LUM_VPL_LIFTS 6u
 #define LUM_VPL_LIFT_WIDEST 0.075f
 
 /* A VPL is lifted by so many radii of the area that it stands for; less is noise, hot spots on slats and in corners,
- * more is blur. And its gain is at most that: what few VPLs give back shows as spots. NOTES, tried and rejected, has
- * the figures. */
+ * more is blur. NOTES, tried and rejected, has the figures of both. */
 #define LUM_VPL_LIFT 0.75f
-#define LUM_VPL_GAIN_MAX 3.0f
+#define LUM_VPL_GAIN_MAX 3.0f /* what few VPLs give back shows as spots */
 
 /* Sums over n rays, by lift: of the share that is left, and of it times s. */
 struct lum_vpl_kept {

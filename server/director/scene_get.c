@@ -129,24 +129,27 @@ static bool is_whole(const struct lum_director *d, const struct lum_scene_text *
     return t->parts && t->n_written == t->n_parts && t->rev == lum_document_rev(d->world.doc);
 }
 
+static void forget_parts(struct lum_scene_text *t)
+{
+    free(t->parts);
+    t->parts = NULL;
+    t->n_parts = t->n_written = 0;
+}
+
 /* What there is to write in the scene as it is now, once that of before is written: little is new then. */
 static bool list_parts(const struct lum_director *d, struct lum_scene_text *t)
 {
     if ((t->parts && t->n_written < t->n_parts) || is_whole(d, t))
         return true;
-    free(t->parts);
-    t->parts = NULL;
-    t->n_parts = t->n_written = 0;
+    forget_parts(t);
     t->n_rounds++;
     t->rev = lum_document_rev(d->world.doc);
-    if (!lum_document_parts(d->world.doc, t->expand, &t->parts, &t->n_parts) ||
-        !lum_hash_reserve(&t->pieces, t->n_parts))
-        return false;
-    bool ok = true;
-    for (size_t i = 0; i < t->n_parts && ok; i++)
+    bool ok =
+        lum_document_parts(d->world.doc, t->expand, &t->parts, &t->n_parts) && lum_hash_reserve(&t->pieces, t->n_parts);
+    for (size_t i = 0; ok && i < t->n_parts; i++)
         ok = insert(t, &t->parts[i]);
     if (!ok)
-        t->n_parts = 0; /* whoever asks next begins anew */
+        forget_parts(t); /* some have no piece; whoever asks next begins anew */
     return ok;
 }
 

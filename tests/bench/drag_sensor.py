@@ -109,7 +109,6 @@ def main():
                 readings = Readings(session)
                 try:
                     drag(session, WARM_S, o.edits)
-                    view.picture(converged=False)
                     begin = time.monotonic()
                     sent = drag(session, o.seconds, o.edits)
                     end = time.monotonic()

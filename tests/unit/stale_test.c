@@ -95,6 +95,10 @@ struct row {
         some; /* bits RAYS: none of these; and, of those that the method traces at all, some of each of these */
 };
 #define SET(id, path, value) "{\"op\":\"set\",\"id\":\"" id "\",\"path\":\"" path "\",\"value\":" value "}"
+#define DISC(id, at)                                                                                                   \
+    "{\"op\":\"add\",\"type\":\"light\",\"id\":\"" id "\",\"kind\":\"disc\",\"position\":" at                          \
+    ",\"direction\":[0.2,-0.3,1],\"radius\":0.2,\"flux_lm\":300}"
+#define REMOVE(id) "{\"op\":\"remove\",\"id\":\"" id "\"}"
 static const struct row rows[] = {
     {"exposure", SET("render", "/exposure_ev", "9"), ALL_RAYS, 0},
     {"tone map", SET("render", "/tone_map", "\"aces\""), ALL_RAYS, 0},
@@ -217,6 +221,19 @@ static void motion_is_followed_where_it_shows(void **state)
         {"shown", SET("short-statue", "/visible", "true"), false, false},
         {"repainted", SET("red", "/base_color", "[0.1,0.1,0.6]"), false, false},
         {"far", SET("short-statue", "/transform/translate", "[-0.7,0.4,0.6]"), false, false},
+        /* bodies of lamps are numbered by their ids: these come before those of the others, or after */
+        {"a lamp more, the first", DISC("a", "[-0.6,1.6,0.6]"), false, false},
+        {"it moved", SET("a", "/position", "[-0.5,1.5,0.7]"), false, false},
+        {"the last instead", REMOVE("a") "\n" DISC("z", "[0.7,1.9,0.5]"), false, false},
+        {"with another id", REMOVE("z") "\n" DISC("b", "[0.7,1.9,0.5]"), false, false},
+        {"one more, and one moved", DISC("c", "[-0.6,1.6,0.6]") "\n" SET("b", "/position", "[-0.8,1.0,0.5]"), false,
+         false},
+        {"each where the other was",
+         SET("c", "/position", "[-0.8,1.0,0.5]") "\n" SET("b", "/position", "[-0.6,1.6,0.6]"), false, false},
+        {"both gone", REMOVE("b") "\n" REMOVE("c"), false, false},
+        {"paint shines again", SET("red", "/emission_cd_m2", "40"), false, false},
+        {"another does instead", SET("red", "/emission_cd_m2", "0") "\n" SET("green", "/emission_cd_m2", "40"), false,
+         false},
     };
     struct studio s;
     begin(&s, "live", OFF(MEDIA));

@@ -1,6 +1,6 @@
 /** Sun and sky of the scene, in words, and the ops that make them. */
+import { newId } from '../lib/ids';
 import { numberOr, type Op, type SceneRecord } from '../protocol/types';
-import { newId } from './imports';
 import { isOn } from './lights';
 
 /** Hours. */

@@ -1,10 +1,10 @@
 /** A lighting desk: which of its channels control what, and what the server hears of it. */
 import { signal } from '@preact/signals';
+import { newId } from '../lib/ids';
 import { Once } from '../lib/once';
 import { isObject, type Json, type JsonObject } from '../protocol/rpc';
 import { numberOr, stringOr, type Op, type SceneRecord } from '../protocol/types';
 import type { Edits } from './edits';
-import { newId } from './imports';
 import type { SceneMirror } from './scene';
 
 export interface Universe {

@@ -1,5 +1,6 @@
 /** Models brought into the scene from the server's asset folder, and rooms made where there is no model. */
 import { signal } from '@preact/signals';
+import { newId } from '../lib/ids';
 import { RpcError } from '../protocol/rpc';
 import { stringOr, type CameraPose, type SceneRecord } from '../protocol/types';
 import type { Edits } from './edits';
@@ -13,13 +14,6 @@ export function idForAsset(asset: string, taken: (id: string) => boolean): strin
     const stem = file.replace(/\.[^.]*$/, '').toLowerCase();
     const id = stem.replace(/[^a-z0-9_.-]+/g, '-').replace(/^-+|-+$/g, '').slice(0, 28) || 'import';
     return newId(id, taken);
-}
-
-/** lamp, lamp-2, lamp-3 … */
-export function newId(stem: string, taken: (id: string) => boolean): string {
-    let id = stem;
-    for (let n = 2; taken(id); n++) id = `${stem}-${n}`;
-    return id;
 }
 
 /** What went wrong, and what can be done, for who asked for the file. */
@@ -90,9 +84,7 @@ export class Imports {
     async build(room: Room): Promise<void> {
         const { scene, edits, toasts, moveTo } = this.host;
         const { ops, pose } = roomOps(room, (id) => scene.peek(id) !== undefined);
-        const error = await edits.attempt(ops);
-        this.problem.value = error ? sentence(error.message) : '';
-        if (error) return;
+        if (!(await edits.transaction(ops))) return;
         this.planning.value = false;
         moveTo(pose);
         toasts.announce(`A room of ${room.length} by ${room.width} m, ${room.height} m high`);

@@ -86,7 +86,6 @@ test('lamps are found by parts of name, group and kind', () => {
     assert.ok(!matches(lamp, ['hall', 'sphere']));
 });
 
-/** Lamps 0..n-1, every third in group "g". */
 test('the temperature of all lamps is that of their light together: what is off or coloured has no part', () => {
     const lamp = (fields: JsonObject): SceneRecord => record({ kind: 'point', ...fields });
     assert.equal(kelvinOfAll([lamp({ flux_lm: 100, cct_k: 2000 }), lamp({ flux_lm: 300, cct_k: 6000 })]), 4000);
@@ -94,6 +93,7 @@ test('the temperature of all lamps is that of their light together: what is off 
     assert.equal(kelvinOfAll([lamp({ flux_lm: 9, color: [1, 0, 0] })]), null);
 });
 
+/** Lamps 0..n-1, every third in group "g". */
 function listing(n: number, filter = '', open = true): ReturnType<typeof linesOf> {
     const records = Array.from({ length: n }, (_, i) => record({ id: `lamp-${i}`, kind: 'point', flux_lm: 1, group: i % 3 ? null : 'g' }));
     const find = (id: string): SceneRecord => records.find((r) => r.id === id)!;

@@ -1,11 +1,12 @@
 /** Lamps put in, taken away, copied and aimed. */
 import { signal } from '@preact/signals';
+import { newId } from '../lib/ids';
 import { add, length, scale, sub, type Vec3 } from '../lib/vec';
 import type { Json, JsonObject } from '../protocol/rpc';
 import type { Op, Pick } from '../protocol/types';
 import { basis, poseFromOrbit } from '../view/camera';
 import type { Edits } from './edits';
-import { idForAsset, newId } from './imports';
+import { idForAsset } from './imports';
 import { aimedAt, LAMP_KINDS, newLamp, type LampKind, type Mount } from './lamp_make';
 import { extentOf, isPlaced, nameOf } from './lights';
 import { arrayOps, luminaireOp, spreadOver, type Rows } from './luminaires';

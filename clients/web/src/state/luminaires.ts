@@ -1,8 +1,8 @@
 /** What photometric files say, as the server tells it, and the places of lamps that are made in rows. Pure. */
+import { newId } from '../lib/ids';
 import { add, cross, dot, length, normalize, scale, sub, type Vec3 } from '../lib/vec';
 import { isObject, type Json, type JsonObject } from '../protocol/rpc';
 import { numberOr, stringOr, vec3Or, type Op, type SceneRecord } from '../protocol/types';
-import { newId } from './imports';
 import { aimOf, type Mount } from './lamp_make';
 import { nameOf } from './lights';
 import { anchorOf, anchoredAt } from './placement';

@@ -1,9 +1,9 @@
 /** Looks of the room's light under a name: recalled at once or with a crossfade, which the server makes for everybody. */
 import { computed, signal } from '@preact/signals';
+import { newId } from '../lib/ids';
 import type { JsonObject } from '../protocol/rpc';
 import { numberOr, stringOr, type Op, type SceneRecord } from '../protocol/types';
 import type { Edits } from './edits';
-import { newId } from './imports';
 import type { SceneMirror } from './scene';
 
 export const MOST_FADE_S = 3600;

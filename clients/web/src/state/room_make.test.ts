@@ -1,7 +1,11 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { Json, JsonObject } from '../protocol/rpc';
+import { RpcError, type Json, type JsonObject } from '../protocol/rpc';
+import { Edits } from './edits';
+import { Imports } from './imports';
 import { roomOps, USUAL_ROOM } from './room_make';
+import { SceneMirror } from './scene';
+import { Toasts } from './toasts';
 
 const numbers = (v: Json | undefined): number[] => (v as number[]).map(Number);
 
@@ -47,4 +51,21 @@ test('the camera stands in the room, be it a corridor or low, and a second room 
     const first = new Set(roomOps(USUAL_ROOM, () => false).ops.map((op) => op.id));
     const second = roomOps(USUAL_ROOM, (id) => first.has(id)).ops.map((op) => op.id);
     assert.ok(first.has('main') && second.includes('room-2-view') && second.every((id) => !first.has(id)));
+    const left = [...first].filter((id) => id.endsWith('-paint') || id.endsWith('-mesh')); // whose objects were removed
+    assert.ok(left.length === 9 && roomOps(USUAL_ROOM, (id) => left.includes(id)).ops.every((op) => !left.includes(op.id)));
+});
+
+test('a room that the server refuses is told of, and its form stays', async () => {
+    const errors: Error[] = [];
+    const scene = new SceneMirror();
+    let answer: () => Promise<JsonObject> = () => Promise.reject(new RpcError('too much', -32000, 'limit_exceeded', 'ops/0'));
+    const edits = new Edits(scene, { call: () => answer(), onError: (e) => errors.push(e), onAccepted: () => undefined, mayEdit: () => true });
+    let moved = 0;
+    const imports = new Imports({ scene, edits, toasts: new Toasts(), lookAt: () => undefined, moveTo: () => moved++ });
+    imports.planning.value = true;
+    await imports.build(USUAL_ROOM);
+    assert.deepEqual([errors.map((e) => e.message), imports.planning.value, moved], [['too much'], true, 0]);
+    answer = () => Promise.resolve({});
+    await imports.build(USUAL_ROOM);
+    assert.deepEqual([errors.length, imports.planning.value, moved], [1, false, 1]);
 });

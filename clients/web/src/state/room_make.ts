@@ -1,8 +1,8 @@
 /** An empty room as ops: six surfaces of known reflectance, and a camera that stands in it. Pure. */
+import { newId } from '../lib/ids';
 import { add, length, scale, sub, type Vec3 } from '../lib/vec';
 import type { Json } from '../protocol/rpc';
 import type { CameraPose, Op } from '../protocol/types';
-import { newId } from './imports';
 
 export interface Room {
     /** Metres: along X, along Z, up. */
@@ -30,8 +30,15 @@ export interface RoomOps {
 
 /** The middle of its floor is the origin. What is there already keeps its ids, and its camera. */
 export function roomOps(room: Room, taken: (id: string) => boolean): RoomOps {
+    const name = newId('room', (id) => [id, `${id}-view`, ...surfaces(room, id).map((op) => op.id)].some(taken));
+    const pose = standing(room);
+    const camera = taken('main') ? `${name}-view` : 'main';
+    const look: Op = { op: 'add', type: 'camera', id: camera, position: [...pose.position], target: [...pose.target], up: [...pose.up], vfov_deg: pose.vfov_deg };
+    return { ops: [...surfaces(room, name), look], pose };
+}
+
+function surfaces(room: Room, name: string): Op[] {
     const { length: l, width: w, height: h } = room;
-    const name = newId('room', (id) => taken(id) || taken(`${id}-floor`));
     const ops: Op[] = [];
     const paint = (what: 'ceiling' | 'walls' | 'floor'): string => {
         const id = `${name}-${what}-paint`;
@@ -51,10 +58,7 @@ export function roomOps(room: Room, taken: (id: string) => boolean): RoomOps {
     face('front', [l, h], walls, [0, h / 2, w / 2], [-90, 0, 0]);
     face('left', [h, w], walls, [-l / 2, h / 2, 0], [0, 0, -90]);
     face('right', [h, w], walls, [l / 2, h / 2, 0], [0, 0, 90]);
-    const pose = standing(room);
-    const camera = taken('main') ? `${name}-view` : 'main';
-    ops.push({ op: 'add', type: 'camera', id: camera, position: [...pose.position], target: [...pose.target], up: [...pose.up], vfov_deg: pose.vfov_deg });
-    return { ops, pose };
+    return ops;
 }
 
 /** In the corner at the left of the front, looking across. Who turns about a target so near stays inside. */

@@ -108,7 +108,10 @@ export class SceneMirror {
             const touched = new Set<string>();
             let structural = false;
             for (const op of ops) {
-                if (!isObject(op) || !this.applyOne(op)) return false;
+                if (!isObject(op) || !this.applyOne(op)) {
+                    this.relist(); // until it is loaded again, no list names what is gone
+                    return false;
+                }
                 touched.add(stringOr(op.id, ''));
                 structural ||= op.op !== 'set';
             }
@@ -196,7 +199,7 @@ export class SceneMirror {
 
     private relist(): void {
         for (const type of LISTED) this.lists[type].value = this.idsOfType(type).sort(byName);
-        const luminaires = this.idsOfType('object').sort(byName).filter((id) => isObject(this.confirmed.get(id)?.emits));
-        this.lamps.value = [...this.lists.light.value, ...luminaires];
+        const luminaires = this.idsOfType('object').filter((id) => isObject(this.confirmed.get(id)?.emits));
+        this.lamps.value = [...this.lists.light.value, ...luminaires.sort(byName)];
     }
 }

@@ -1,10 +1,10 @@
 /** Light meters that belong to the scene: what the server says of them, while somebody looks. */
 import { effect, signal } from '@preact/signals';
+import { newId } from '../lib/ids';
 import { isObject, type Json, type JsonObject } from '../protocol/rpc';
 import { add, scale, type Vec3 } from '../lib/vec';
 import { numberOr, stringOr, vec3Or, type Op, type SceneRecord } from '../protocol/types';
 import type { Edits } from './edits';
-import { newId } from './imports';
 import type { SceneMirror } from './scene';
 
 export interface Value {

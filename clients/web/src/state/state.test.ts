@@ -59,6 +59,8 @@ test('a gap or an op that does not fit asks for the whole scene again; an old on
     assert.equal(scene.apply([], 8), false);
     assert.equal(scene.apply([{ op: 'set', id: 'nobody', path: '/on', value: true }], 6), false);
     assert.equal(scene.apply([{ op: 'import', id: 'room', asset: 'room.glb' }], 6), false);
+    assert.equal(scene.apply([{ op: 'remove', id: 'fill' }, { op: 'set', id: 'nobody', path: '/on', value: true }], 6), false);
+    assert.deepEqual(scene.lamps.value, ['key'], 'none is listed that is gone, though the rest is not known yet');
     assert.equal(scene.apply([{ op: 'remove', id: 'key' }], 4), true);
     assert.ok(scene.record('key'));
     scene.load([...OPS, { op: 'import', id: 'room', asset: 'room.glb' }], 6);

@@ -1,9 +1,10 @@
 /** Files that are sent to the server, dropped onto the page or chosen, and what becomes of them: a model, a lamp, a sky. */
 import { signal } from '@preact/signals';
+import { newId } from '../lib/ids';
 import type { JsonObject } from '../protocol/rpc';
 import { stringOr, type Op, type SceneRecord } from '../protocol/types';
 import { switchOff } from './daylight';
-import { newId, type Imports } from './imports';
+import type { Imports } from './imports';
 import { isOn } from './lights';
 
 /** By the name that the others of its drop know it by: textures/wood.png. */

@@ -8,11 +8,18 @@ import { NumberField } from './NumberField';
 export function RoomForm() {
     const { imports } = useApp();
     const room = useSignal<Room>(USUAL_ROOM);
+    const busy = useSignal(false);
     const form = useRef<HTMLDivElement>(null);
     useEffect(() => {
         form.current?.scrollIntoView({ block: 'nearest' });
         form.current?.querySelector('input')?.focus();
     }, []);
+    const build = async (): Promise<void> => {
+        if (busy.value) return;
+        busy.value = true;
+        await imports.build(room.value);
+        busy.value = false;
+    };
     const { side, height, reflectance } = ROOM_LIMITS;
     const field = (label: string, what: keyof Room, unit: string, limits: { min: number; max: number }, step: number) => (
         <NumberField label={label} unit={unit} {...limits} step={step} value={room.value[what]} onCommit={(v) => (room.value = { ...room.value, [what]: v })} />
@@ -31,7 +38,7 @@ export function RoomForm() {
                 {field('Floor', 'floor', '%', reflectance, 5)}
             </div>
             <div class="actions">
-                <button type="button" class="button button-primary" onClick={() => void imports.build(room.value)}>
+                <button type="button" class="button button-primary" disabled={busy.value} onClick={() => void build()}>
                     Build it
                 </button>
             </div>

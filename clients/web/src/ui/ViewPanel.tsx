@@ -1,3 +1,4 @@
+import { useComputed } from '@preact/signals';
 import { fixed, number } from '../lib/format';
 import { kelvinScale, linearScale } from '../lib/scale';
 import { stringOr } from '../protocol/types';
@@ -109,8 +110,10 @@ function Exposure() {
 function WhiteBalance() {
     const app = useApp();
     const kelvin = app.view.settings.value.whiteBalance;
-    const known = kelvinOfAll(app.scene.lamps.value.map((id) => app.scene.record(id)!));
-    const ofLamps = known === null ? null : Math.min(MOST_K, Math.max(LEAST_K, known));
+    const ofLamps = useComputed(() => {
+        const known = kelvinOfAll(app.scene.lamps.value.map((id) => app.scene.record(id)).filter((lamp) => lamp !== undefined));
+        return known === null ? null : Math.min(MOST_K, Math.max(LEAST_K, known));
+    }).value; // a lamp that moves, or is dimmed with all others, draws nothing anew
     const set = (whiteBalance: number | null): void => app.view.change({ whiteBalance });
     return (
         <div class="exposure">

@@ -1,0 +1,6 @@
+/** lamp, lamp-2, lamp-3 … */
+export function newId(stem: string, taken: (id: string) => boolean): string {
+    let id = stem;
+    for (let n = 2; taken(id); n++) id = `${stem}-${n}`;
+    return id;
+}
