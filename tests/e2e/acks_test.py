@@ -4,21 +4,14 @@ ones would starve the view for good.
 Frames are kept on their way by size: they are larger than what the sockets between server and client hold, so while the
 client does not read, the last tile is not sent, whatever the machine's speed.
 """
-import os
 import unittest
 
-from daemon import Daemon
+from daemon import SKY, Daemon
 from wsclient import LAST_TILE, tile_header
 
 RCVBUF = 1 << 17
 SIZE = [1280, 1024]  # in rgba8 5.2 MB; Linux lets a socket's send buffer grow to 4 MiB (tcp_wmem)
 N_FRAMES = 6  # more than may be unacknowledged
-
-
-# What is soon made, and of more than one colour, which would be soon sent.
-EMPTY = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "clients", "python", "examples", "empty.jsonl")
-SKY = [{"op": "add", "type": "light", "id": "sky", "kind": "sky", "luminance_cd_m2": 100},
-              {"op": "add", "type": "camera", "id": "main", "position": [0, 0, 0], "target": [0, 0, -1]}]
 
 
 class Viewer:
@@ -54,8 +47,7 @@ class Viewer:
 
 class Acks(unittest.TestCase):
     def test_at_the_stats_before_the_last_tile(self):
-        with Daemon("--scene", EMPTY) as daemon:
-            daemon.connect().call("scene.apply", {"ops": SKY})
+        with Daemon("--scene", SKY) as daemon:
             viewer = Viewer(daemon)
             for i in range(N_FRAMES):
                 frame_seq = viewer.ack_next_stats()["frame_seq"]
@@ -65,7 +57,7 @@ class Acks(unittest.TestCase):
                 viewer.change(i)
 
     def test_one_covers_all_before_it(self):
-        with Daemon() as daemon:
+        with Daemon("--scene", SKY) as daemon:
             viewer = Viewer(daemon, size=[64, 64], stats=False)
             n_unacked = 2
             for i in range(N_FRAMES):

@@ -11,6 +11,7 @@ import threading
 from wsclient import WAIT_S, WebSocket
 
 LUMEND = os.environ.get("LUMEND", "lumend")
+SKY = os.path.join(os.path.dirname(os.path.abspath(__file__)), "sky.jsonl")  # for --scene, where pictures only have to come
 
 
 def write_people(path, people):

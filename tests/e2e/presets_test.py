@@ -143,9 +143,11 @@ class Presets(unittest.TestCase):
         evening = self.prepare_two_looks()
         view = self.open_view()
         self.rest(view, 0)
-        self.rest(view, self.ws.call("preset.recall", {"id": "day"})["scene_rev"])  # all lamps have shone
         begun = time.monotonic()
-        rev = self.ws.call("preset.recall", {"id": "evening", "fade_s": 2})["scene_rev"]
+        self.rest(view, self.ws.call("preset.recall", {"id": "day"})["scene_rev"])  # all lamps have shone
+        fade_s = max(2.0, round(2 * (time.monotonic() - begun), 1))  # of some frames, however slow the machine
+        begun = time.monotonic()
+        rev = self.ws.call("preset.recall", {"id": "evening", "fade_s": fade_s})["scene_rev"]
         self.assertEqual(self.lamps(), evening, "the scene has its end at once")
         frames = [f for f in self.frames_until(view, self.arrived) if f["scene_rev"] >= rev]
         took = time.monotonic() - begun
@@ -154,8 +156,9 @@ class Presets(unittest.TestCase):
               f"rays: {sum(rays.values()) - rays['probe']}, and {rays['probe']} of probes that tell the error")
         self.assertGreater(len(frames), 2)
         self.assertEqual(sum(rays.values()) - rays["probe"], 0, rays)
-        self.assertEqual([(t["id"], t["left_s"]) for t in self.told()], [("evening", 2), ("evening", 0)])
+        self.assertEqual([(t["id"], t["left_s"]) for t in self.told()], [("evening", fade_s), ("evening", 0)])
         self.assertEqual(self.lamps(), evening)
+
     def lux(self):
         return self.ws.call("probe", {"point": [0, 0.01, 0.9], "normal": [0, 1, 0], "samples": 1024})["illuminance_lx"]
 
@@ -209,8 +212,10 @@ class Presets(unittest.TestCase):
         self.assert_shines(evening_lux)
         now = self.lamps()
         for id in ALL:
-            self.assertEqual(now[id]["on"], evening[id]["on"])
-            if now[id]["on"]:
+            if not evening[id]["on"]:  # some seconds of an hour may have passed
+                self.assertLess(now[id]["flux_lm"] if now[id]["on"] else 0, 15)
+            else:
+                self.assertTrue(now[id]["on"])
                 self.assertAlmostEqual(now[id]["flux_lm"] / 20, 1, delta=0.05)
         self.ws.call("scene.undo")  # the stop
         self.ws.call("scene.undo")  # the recall

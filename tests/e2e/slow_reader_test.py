@@ -4,7 +4,7 @@ The short form of tests/bench/slow_reader.py, which runs for minutes and compare
 """
 import unittest
 
-from daemon import Daemon
+from daemon import SKY, Daemon
 from wsclient import LAST_TILE, tile_header
 
 SIZE = [320, 240]
@@ -54,7 +54,7 @@ class View:
 class SlowReader(unittest.TestCase):
     def test_fast_one_goes_on_and_memory_is_flat(self):
         # Freed memory is kept for a while under AddressSanitizer, which would look like growth.
-        with Daemon(environment={"ASAN_OPTIONS": "quarantine_size_mb=1"}) as daemon:
+        with Daemon("--scene", SKY, environment={"ASAN_OPTIONS": "quarantine_size_mb=1"}) as daemon:
             fast = View(daemon.connect(), SIZE)
             slow = [View(daemon.connect(rcvbuf=4096), SIZE) for _ in range(3)]
             for _ in range(10):  # everything that is allocated once is there
