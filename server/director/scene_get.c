@@ -237,11 +237,17 @@ enum lum_need lum_director_scene_gets_need(const struct lum_director *d)
     return d->scene_gets.waiting ? LUM_NEED_AWAITED : LUM_NEED_NOTHING;
 }
 
+/* Pieces of before are dropped with the text, or whoever always waits while others edit would fill the memory. */
+static bool is_mostly_old(const struct lum_scene_text *t)
+{
+    return t && t->pieces.n > 2 * t->n_parts;
+}
+
 static void pop(struct lum_director_scene_gets *g)
 {
     struct lum_request *q = g->waiting;
     g->waiting = q->next;
-    if (!g->waiting || g->waiting->expand != q->expand) {
+    if (!g->waiting || g->waiting->expand != q->expand || is_mostly_old(g->text)) {
         free_text(g->text);
         g->text = NULL;
     }

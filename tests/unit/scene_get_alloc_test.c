@@ -1,10 +1,12 @@
 /* scene.get where memory is short: each allocation fails in turn. Whoever waits is refused, or answered in full; and
- * who asks next, for the same text, is answered in full. No thread runs: the director is a struct alone. */
+ * who asks next, for the same text, is answered in full. And it holds no more than it needs. No thread runs: the
+ * director is a struct alone. */
 #define _GNU_SOURCE /* strdup */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -52,17 +54,30 @@ static char *answer_of(struct lum_director *d)
     return take_said(d);
 }
 
-static void who_asks_next_is_answered_in_full(void **state)
+static void begin(struct lum_director *d)
 {
     struct lum_proto_error err;
-    struct lum_director d = {
-        .config = {.wake_net = wake_nobody}, .outbox_tail = &d.outbox, .world = {.doc = lum_document_create()}};
-    (void)state;
-    pthread_mutex_init(&d.lock, NULL);
-    assert_true(apply_text(d.world.doc, "ann",
+    *d = (struct lum_director){.config = {.wake_net = wake_nobody}, .world = {.doc = lum_document_create()}};
+    d->outbox_tail = &d->outbox;
+    pthread_mutex_init(&d->lock, NULL);
+    assert_true(apply_text(d->world.doc, "ann",
                            "[{'op':'add','type':'light','id':'l','kind':'point','flux_lm':800},"
                            "{'op':'add','type':'material','id':'w'},{'op':'add','type':'mesh','id':'m','shape':'box'}]",
                            &err));
+}
+
+static void end(struct lum_director *d)
+{
+    assert_int_equal(lum_director_scene_gets_need(d), LUM_NEED_NOTHING);
+    lum_document_destroy(d->world.doc);
+    pthread_mutex_destroy(&d->lock);
+}
+
+static void who_asks_next_is_answered_in_full(void **state)
+{
+    struct lum_director d;
+    (void)state;
+    begin(&d);
     ask(&d);
     char *whole = answer_of(&d);
     assert_non_null(strstr(whole, "\"flux_lm\":800"));
@@ -85,16 +100,39 @@ static void who_asks_next_is_answered_in_full(void **state)
         free(next);
     }
     assert_true(n_refused > 20);
-    assert_int_equal(lum_director_scene_gets_need(&d), LUM_NEED_NOTHING);
     free(whole);
-    lum_document_destroy(d.world.doc);
-    pthread_mutex_destroy(&d.lock);
+    end(&d);
+}
+
+/* Somebody always waits, and others edit: what the scene was long ago is not held for ever. */
+static void what_was_is_let_go(void **state)
+{
+    struct lum_proto_error err;
+    struct lum_director d;
+    (void)state;
+    begin(&d);
+    struct lum_record *first = lum_record_ref((struct lum_record *)(uintptr_t)lum_document_find(d.world.doc, "l"));
+    ask(&d);
+    for (int i = 0; i < 100; i++) {
+        char ops[96];
+        ask(&d);
+        free(answer_of(&d));
+        snprintf(ops, sizeof ops, "[{'op':'set','id':'l','path':'/flux_lm','value':%d}]", i + 1);
+        assert_true(apply_text(d.world.doc, "ann", ops, &err));
+    }
+    assert_int_equal(lum_director_scene_gets_need(&d), LUM_NEED_AWAITED);
+    uint32_t held = first->refs;
+    free(answer_of(&d));
+    assert_int_equal(held, first->refs);
+    lum_record_unref(first);
+    end(&d);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(who_asks_next_is_answered_in_full),
+        cmocka_unit_test(what_was_is_let_go),
     };
     failing_alloc_begin();
     return cmocka_run_group_tests(tests, NULL, NULL);

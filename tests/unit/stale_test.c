@@ -231,9 +231,13 @@ static void motion_is_followed_where_it_shows(void **state)
         {"each where the other was",
          SET("c", "/position", "[-0.8,1.0,0.5]") "\n" SET("b", "/position", "[-0.6,1.6,0.6]"), false, false},
         {"both gone", REMOVE("b") "\n" REMOVE("c"), false, false},
-        {"paint shines again", SET("red", "/emission_cd_m2", "40"), false, false},
-        {"another does instead", SET("red", "/emission_cd_m2", "0") "\n" SET("green", "/emission_cd_m2", "40"), false,
+        /* by their own fields: no paint changes. Without hard lights what does not shine is not looked at */
+        {"no hard light", REMOVE("bulb"), false, false},
+        {"an object shines", SET("short-plinth", "/luminance_cd_m2", "40"), false, false},
+        {"another does instead",
+         SET("short-plinth", "/luminance_cd_m2", "null") "\n" SET("short-statue", "/luminance_cd_m2", "40"), false,
          false},
+        {"none does", SET("short-statue", "/luminance_cd_m2", "null"), false, false},
     };
     struct studio s;
     begin(&s, "live", OFF(MEDIA));
