@@ -101,12 +101,12 @@ static inline void lifted_terms(const struct places *of, const struct lum_receiv
 
 /* ---- drawing ---- */
 
-/* What VPLs that the point faces would bring it, of bounced light; 0 of slots that fill the last LUM_DRAW_BLOCK up. */
+/* What VPLs that the point faces would bring it, of bounced light. */
 static uint32_t find_reach(const struct lum_vpl_set *set, const struct lum_receiver *at, float lift,
                            const uint64_t *faces, float *ret_reach)
 {
-    uint32_t n = 0, n_slots = (set->n_bounced + LUM_DRAW_BLOCK - 1) / LUM_DRAW_BLOCK * LUM_DRAW_BLOCK;
-    for (uint32_t k = 0; k < n_slots; k += LANES) {
+    uint32_t n = 0;
+    for (uint32_t k = 0; k < set->n_bounced; k += LANES) {
         uint32_t bits = (uint32_t)(faces[k / 64] >> k % 64) & ((1u << LANES) - 1u);
         struct terms terms;
         memset(ret_reach + k, 0, LANES * sizeof *ret_reach);
@@ -171,46 +171,35 @@ static uint32_t hash_cell(struct lum_vec3 p)
     return lum_hash_combine(lum_hash_combine(lum_hash_u32(x), y), z);
 }
 
-/* Chances of drawing are counted in parts: what a block sums to, at most LUM_DRAW_BLOCK, must fit. */
+/* Chances of drawing are counted in parts, in whole numbers, so that a sum of them cannot fall. */
 #define PARTS_BITS 24
-_Static_assert(LUM_DRAW_BLOCK < 1u << (32 - PARTS_BITS), "a sum of chances fits");
+_Static_assert(LUM_DRAW_BLOCK < (1u << (32 - PARTS_BITS)) - 1u, "a sum of chances fits");
 
-/* Adds to each the one that is so many before it; below the first there are zeros. */
-static void add_before(const uint32_t *restrict a, int32_t by, uint32_t *restrict ret)
+/* A slot for each of LANES blocks, whose sums of chances it adds to: those that are not drawn. Who takes a sum to the
+ * next whole number is. */
+static uint32_t leave_out(const float *restrict reach, float per_step, uint32_t *restrict inout_sums)
 {
-    for (int32_t i = 0; i < (int32_t)LUM_DRAW_BLOCK; i++)
-        ret[i] = a[i] + a[i - by];
-}
-
-/* Sums of the chances of a block, up to each, it included. By doubling: vector code. */
-static void sum_chances(const float *restrict reach, float per_step, uint32_t before, uint32_t *restrict ret_sums)
-{
-    uint32_t a[2 * LUM_DRAW_BLOCK] = {0}, b[2 * LUM_DRAW_BLOCK] = {0};
-    uint32_t *to_a = a + LUM_DRAW_BLOCK, *to_b = b + LUM_DRAW_BLOCK;
-    for (uint32_t i = 0; i < LUM_DRAW_BLOCK; i++) {
+    uint32_t left_out = 0;
+    for (uint32_t i = 0; i < LANES; i++) {
         float chance = reach[i] * per_step, most = chance < 1.0f ? chance : 1.0f;
-        to_a[i] = (uint32_t)(int32_t)(most * (float)(1 << PARTS_BITS) + 0.5f);
+        uint32_t before = inout_sums[i];
+        uint32_t sum = before + (uint32_t)(int32_t)(most * (float)(1 << PARTS_BITS) + 0.5f);
+        left_out |= sum >> PARTS_BITS == before >> PARTS_BITS ? bit_of[i] : 0u;
+        inout_sums[i] = sum;
     }
-    add_before(to_a, 1, to_b);
-    add_before(to_b, 2, to_a);
-    add_before(to_a, 4, to_b);
-    add_before(to_b, 8, to_a);
-    add_before(to_a, 16, to_b);
-    for (uint32_t i = 0; i < LUM_DRAW_BLOCK; i++)
-        ret_sums[i] = before + to_b[i];
-}
-_Static_assert(LUM_DRAW_BLOCK == 32, "sum_chances doubles five times");
-
-/* Of a block those that are not drawn: bit by slot. The chances are added up from a number in [0, 1) on; who takes the
- * sum to the next whole number is drawn. In whole numbers, so that the sum cannot fall. */
-static uint32_t left_out_of(const float *reach, float step, uint32_t number)
-{
-    uint32_t sums[LUM_DRAW_BLOCK + 1], left_out = 0;
-    sums[0] = number >> (32 - PARTS_BITS);
-    sum_chances(reach, 1.0f / step, sums[0], sums + 1);
-    for (uint32_t i = 0; i < LUM_DRAW_BLOCK; i++)
-        left_out |= (uint32_t)(sums[i + 1] >> PARTS_BITS == sums[i] >> PARTS_BITS) << i;
     return left_out;
+}
+
+/* LANES blocks, whose slots take turns, begin with a sum in [0, 1) each: shifted by the golden section from block to
+ * block, so that together, too, they draw about as many as their chances add up to. */
+static void draw_blocks(const float *reach, uint32_t n_slots, float step, uint32_t number, uint32_t first,
+                        uint64_t *inout_bits)
+{
+    uint32_t sums[LANES];
+    for (uint32_t i = 0; i < LANES; i++)
+        sums[i] = (number + i * UINT32_C(0x9e3779b9)) >> (32 - PARTS_BITS);
+    for (uint32_t k = first; k < first + LANES * LUM_DRAW_BLOCK && k < n_slots; k += LANES)
+        inout_bits[k / 64] &= ~((uint64_t)leave_out(reach + k, 1.0f / step, sums) << k % 64);
 }
 
 /* Leaves one in so many points of the sky, which begin and end with a word. Of the spiral one in 2 or 4 is one again:
@@ -236,8 +225,8 @@ float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at,
     if (find_reach(set, at, lift, ret_bits, reach) <= n)
         return 0.0f;
     float step = find_step(reach, set->n_bounced, n);
-    for (uint32_t k = 0; k < set->n_bounced; k += LUM_DRAW_BLOCK)
-        ret_bits[k / 64] &= ~((uint64_t)left_out_of(reach + k, step, lum_hash_combine(cell, k)) << k % 64);
+    for (uint32_t k = 0; k < set->n_bounced; k += LANES * LUM_DRAW_BLOCK)
+        draw_blocks(reach, set->n_bounced, step, lum_hash_combine(cell, k), k, ret_bits);
     return step;
 }
 
