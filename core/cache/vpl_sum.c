@@ -177,7 +177,8 @@ _Static_assert(LUM_DRAW_BLOCK < (1u << (32 - PARTS_BITS)) - 1u, "a sum of chance
 
 /* A slot for each of LANES blocks, whose sums of chances it adds to: those that are not drawn. Who takes a sum to the
  * next whole number is. */
-static uint32_t leave_out(const float *restrict reach, float per_step, uint32_t *restrict inout_sums)
+__attribute__((noinline)) static uint32_t leave_out(const float *restrict reach, float per_step,
+                                                    uint32_t *restrict inout_sums)
 {
     uint32_t left_out = 0;
     for (uint32_t i = 0; i < LANES; i++) {
