@@ -73,6 +73,7 @@
     300u /* who was cut off may come back so long: a train's tunnel, a laptop that is carried over */
 #define LUM_LIMIT_PARKED 64u         /* of them; beyond, who was cut off longest is gone */
 #define LUM_LIMIT_REPEATS 256u       /* edits of a session whose op_id is known: more than it can have under way */
+#define LUM_LIMIT_REPEAT_USERS 256u  /* whose are known: those who edited last */
 #define LUM_LIMIT_CHANGES_KEPT 1024u /* of the scene, for those who come back */
 #define LUM_LIMIT_CHANGES_KEPT_BYTES (4u << 20) /* a quarter of what may wait for one session */
 #define LUM_LIMIT_HELLO_S 5                     /* from connection to an accepted session.hello */

@@ -397,7 +397,7 @@ void lum_director_destroy(struct lum_director *d)
     lum_director_drop_all_probes(d);
     lum_director_drop_all_scene_gets(d);
     lum_director_drop_all_reports(d);
-    lum_repeats_destroy(d->repeats);
+    lum_done_destroy(d->repeats);
     lum_world_finish(&d->world);
     lum_free((char *)d->config.scene);
     lum_free((char *)d->config.assets_dir);

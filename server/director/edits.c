@@ -61,7 +61,7 @@ static void note_forgotten_step(struct lum_director *d, const struct lum_request
     if (of == 0 || next_step(d, q) == of)
         return;
     lum_director_commit(d);
-    lum_director_note(d, q->type == &lum_request_scene_redo ? LUM_ENTRY_REDROP : LUM_ENTRY_DROP, q->user, of);
+    lum_director_note(d, q->type == &lum_request_scene_redo ? LUM_ENTRY_REDROP : LUM_ENTRY_DROP, q->user, q->op_id, of);
 }
 
 /* Takes the request, the expansion and the entry (NULL: none yet) over. */

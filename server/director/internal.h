@@ -21,6 +21,7 @@
 #include "server/director/scene_get.h"
 #include "server/director/sensors.h"
 #include "server/director/view.h"
+#include "server/journal/done.h"
 #include "server/world/world.h"
 
 struct cJSON;
@@ -60,7 +61,7 @@ struct lum_director {
         bool told;     /* that it fades, and not yet that it has arrived */
     } fade;
     struct lum_beside beside;
-    struct lum_repeats *repeats; /* by user */
+    struct lum_done_user *repeats;
     struct lum_server_view *views;
     uint32_t n_views, next_view_id;
     int64_t alive_due_ns;                            /* config.alive is called then */

@@ -1,8 +1,4 @@
-/* Which edits of a user were done, by their op_id: so that one who was cut off can send again what nobody answered, and
- * nothing is done twice. Thread: the director's.
- *
- * Known are the last LUM_LIMIT_REPEATS of each user, from the edit on until the user is forgotten; not beyond the end
- * of the daemon. */
+/* Edits that are sent again, of which done.h knows. Thread: the director's. */
 #ifndef LUM_SERVER_DIRECTOR_REPEATS_H
 #define LUM_SERVER_DIRECTOR_REPEATS_H
 
@@ -16,10 +12,7 @@ void lum_repeats_note(struct lum_director *d, const struct lum_request *q, uint6
 void lum_repeats_note_refused(struct lum_director *d, const struct lum_request *q);
 /* Answers as it was answered then. False: it is not known. */
 bool lum_repeats_answer(struct lum_director *d, const struct lum_request *q);
-/* Edits of entries after this one were taken back: they were not done. */
-void lum_repeats_lose(struct lum_director *d, uint64_t durable);
-/* The user will not come back, nor ask for imports that are under way. */
-void lum_repeats_forget(struct lum_director *d, const char *user);
-void lum_repeats_destroy(struct lum_repeats *all); /* accepts NULL */
+/* The user will not come back, nor ask for imports that are under way. True: some edit was remembered. */
+bool lum_repeats_forget(struct lum_director *d, const char *user);
 
 #endif

@@ -7,6 +7,7 @@
  * If the journal fails, edits that are not durable are taken back: their replies become refusals, and since others may
  * see them in pictures, the taking back is a new revision, announced like any edit. Until the journal can write again
  * edits are refused. */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -16,7 +17,6 @@
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
 #include "server/director/audit.h"
-#include "server/director/repeats.h"
 #include "server/director/saving.h"
 #include "server/world/luminaires.h"
 
@@ -52,6 +52,7 @@ enum lum_status lum_director_open_state(struct lum_director *d, bool *ret_loaded
     enum lum_status st = lum_journal_open(&config, &d->journal, &doc, err);
     if (st || !doc)
         return st;
+    d->repeats = lum_journal_take_done(d->journal);
     if (d->config.scene_asked)
         lum_log(&d->config.log, LUM_LOG_WARNING, "main",
                 "%.200s has a scene already, which is served; %.60s is left aside: it is for an empty folder",
@@ -60,12 +61,22 @@ enum lum_status lum_director_open_state(struct lum_director *d, bool *ret_loaded
     return lum_world_restore(&d->world, doc, err);
 }
 
+/* With what is known of edits. False: memory is short. */
+static bool take_state(struct lum_director *d, struct lum_document_state *ret_state)
+{
+    struct lum_done_user *done;
+    if (!lum_done_copy(d->repeats, &done))
+        return false;
+    lum_journal_give_done(d->journal, done);
+    return lum_document_take_state(d->world.doc, ret_state);
+}
+
 enum lum_status lum_director_start_saving(struct lum_director *d, struct lum_error *err)
 {
     struct lum_document_state state;
     if (!d->journal)
         return LUM_OK;
-    if (!lum_document_take_state(d->world.doc, &state))
+    if (!take_state(d, &state))
         return lum_fail(err, LUM_ERR_NOMEM, "state", "no memory to save the scene");
     return lum_journal_start(d->journal, &state, err);
 }
@@ -105,9 +116,10 @@ bool lum_director_make_entry(struct lum_director *d, struct lum_request *q, stru
     if (!e)
         e = lum_entry_create(undo ? LUM_ENTRY_UNDO : redo ? LUM_ENTRY_REDO : LUM_ENTRY_APPLY, q->user);
     *inout_entry = e;
+    if (e)
+        memcpy(e->op_id, q->op_id, sizeof e->op_id);
     if (!e || undo || redo)
         return e != NULL;
-    memcpy(e->op_id, q->op_id, sizeof e->op_id);
     memcpy(e->undo_group, q->ops.undo_group, sizeof e->undo_group);
     e->n_bytes = q->n_bytes;
     e->ops = take_ops(q);
@@ -172,12 +184,14 @@ void lum_director_submit(struct lum_director *d, struct lum_staged_edit *p)
         submit(d, e, p->scene_rev, &p->seq);
 }
 
-void lum_director_note(struct lum_director *d, enum lum_entry_kind kind, const char *user, uint64_t of)
+void lum_director_note(struct lum_director *d, enum lum_entry_kind kind, const char *user, const char *op_id,
+                       uint64_t of)
 {
     struct lum_entry *e = d->journal ? lum_entry_create(kind, user) : NULL;
     uint64_t seq;
     if (!e)
         return;
+    snprintf(e->op_id, sizeof e->op_id, "%s", op_id);
     e->of = of;
     submit(d, e, lum_document_rev(d->world.doc), &seq);
 }
@@ -279,7 +293,7 @@ static void take_back_lost(struct lum_director *d, uint64_t durable, const char 
     struct lum_proto_error err;
     forget_durable(d);
     if (d->config.durability == LUM_DURABILITY_COMMIT)
-        lum_repeats_lose(d, durable);
+        lum_done_lose(d->repeats, durable);
     struct lum_staged_edit *lost = reversed(d->unsaved);
     uint64_t rev = lum_document_rev(d->world.doc);
     d->unsaved = NULL;
@@ -309,6 +323,6 @@ void lum_director_turn_saving(struct lum_director *d)
     if (lum_journal_failed(d->journal, &durable, why))
         take_back_lost(d, durable, why);
     forget_durable(d);
-    if (lum_journal_wants_state(d->journal) && lum_document_take_state(d->world.doc, &state))
+    if (lum_journal_wants_state(d->journal) && take_state(d, &state))
         lum_journal_give_state(d->journal, &state);
 }

@@ -20,7 +20,8 @@ void lum_director_submit(struct lum_director *d, struct lum_staged_edit *p);
 /* The edit was announced: keeps what it takes to take it back until it is durable, or frees it. */
 void lum_director_keep_unsaved(struct lum_director *d, struct lum_staged_edit *p);
 /* Notes that are no edits: the user left; her undo (or redo) of the step `of` found a conflict, which forgot it. */
-void lum_director_note(struct lum_director *d, enum lum_entry_kind kind, const char *user, uint64_t of);
+void lum_director_note(struct lum_director *d, enum lum_entry_kind kind, const char *user, const char *op_id,
+                       uint64_t of);
 /* Once a turn, with no edit staged: frees what is durable, takes back what is lost, gives the journal its snapshots. */
 void lum_director_turn_saving(struct lum_director *d);
 /* Histories are not what the journal's entries tell: a snapshot shall. */

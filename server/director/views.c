@@ -175,9 +175,10 @@ static void session_lost(struct lum_director *d, const struct lum_request *q)
 
 static void user_gone(struct lum_director *d, const struct lum_request *q)
 {
-    lum_repeats_forget(d, q->user);
-    if (lum_document_next_undo(d->world.doc, q->user, false) || lum_document_next_undo(d->world.doc, q->user, true))
-        lum_director_note(d, LUM_ENTRY_FORGET, q->user, 0);
+    bool known = lum_repeats_forget(d, q->user);
+    if (known || lum_document_next_undo(d->world.doc, q->user, false) ||
+        lum_document_next_undo(d->world.doc, q->user, true))
+        lum_director_note(d, LUM_ENTRY_FORGET, q->user, "", 0);
     lum_document_forget_user(d->world.doc, q->user);
 }
 

@@ -222,11 +222,12 @@ enum lum_status lum_block_open(struct lum_block_reader *r, const struct lum_dir 
         st = fail_unread(r, err);
     else if (!found)
         st = lum_fail(err, LUM_ERR_INVALID, "state", "%.80s is damaged at offset 0: it has no head", name);
-    else if (head.version != LUM_STATE_VERSION)
-        st = lum_fail(err, LUM_ERR_UNSUPPORTED, "state",
-                      "%.40s has format %u, and this lumend reads format %u: start the lumend that wrote it, or take "
-                      "the scene over with its `lumend state export`",
-                      name, head.version, LUM_STATE_VERSION);
+    else if (head.version < LUM_STATE_OLDEST || head.version > LUM_STATE_VERSION)
+        st = lum_fail(
+            err, LUM_ERR_UNSUPPORTED, "state",
+            "%.40s has format %u, and this lumend reads formats %u to %u: start the lumend that wrote it, or take "
+            "the scene over with its `lumend state export`",
+            name, head.version, LUM_STATE_OLDEST, LUM_STATE_VERSION);
     else if (head.kind != (uint32_t)kind)
         st = lum_fail(err, LUM_ERR_INVALID, "state", "%.80s holds something else than its name says", name);
     if (st) {

@@ -19,7 +19,8 @@
 
 struct cJSON;
 
-#define LUM_STATE_VERSION 1u
+#define LUM_STATE_VERSION 2u /* op_ids of all edits, and in snapshots */
+#define LUM_STATE_OLDEST 1u  /* that is read */
 #define LUM_BLOCK_BYTES 40u
 
 enum lum_file_kind { LUM_FILE_JOURNAL = 1, LUM_FILE_SNAPSHOT, LUM_FILE_CONTENT };

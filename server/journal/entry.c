@@ -51,7 +51,7 @@ static bool add_apply(cJSON *json, struct lum_entry *e)
 {
     cJSON *ops = e->ops;
     e->ops = NULL;
-    return lum_json_add(json, "ops", ops) && (!e->op_id[0] || lum_json_add_string(json, "op_id", e->op_id)) &&
+    return lum_json_add(json, "ops", ops) &&
            (!e->undo_group[0] || lum_json_add_string(json, "undo_group", e->undo_group)) &&
            (e->n_content == 0 || add_content(json, e));
 }
@@ -59,7 +59,8 @@ static bool add_apply(cJSON *json, struct lum_entry *e)
 struct cJSON *lum_entry_to_json(struct lum_entry *e)
 {
     cJSON *json = cJSON_CreateObject();
-    bool ok = lum_json_add_string(json, "do", kinds[e->kind]) && lum_json_add_string(json, "user", e->user);
+    bool ok = lum_json_add_string(json, "do", kinds[e->kind]) && lum_json_add_string(json, "user", e->user) &&
+              (!e->op_id[0] || lum_json_add_string(json, "op_id", e->op_id));
     if (ok && e->kind == LUM_ENTRY_APPLY)
         ok = add_apply(json, e);
     else if (ok && e->kind != LUM_ENTRY_FORGET)
@@ -78,7 +79,7 @@ struct reading {
     unsigned kind;
     char user[LUM_LIMIT_ID_BYTES + 1];
     double of;
-    lum_id undo_group;
+    lum_id op_id, undo_group;
     struct lum_ops ops;
     struct lum_import_children *children; /* of import ops, in op order */
     struct lum_record_list *lists;        /* the same, owned */
@@ -164,8 +165,6 @@ static bool load_content(struct reading *e, const cJSON *content, char why[256])
 static bool read_apply(struct reading *e, struct lum_json_reader *r, char why[256])
 {
     struct lum_proto_error *err = r->err;
-    lum_id op_id;
-    lum_json_id(r, "op_id", op_id);
     lum_json_id(r, "undo_group", e->undo_group);
     const cJSON *ops = lum_json_member(r, "ops"), *content = lum_json_member(r, "content");
     if (!lum_json_end(r) || !lum_ops_from_stored(ops, &e->ops, err))
@@ -181,6 +180,8 @@ static bool read_entry(struct reading *e, const cJSON *json, struct lum_proto_er
     if (!lum_json_require(&r, "do") || !lum_json_choice(&r, "do", "apply|undo|redo|drop|redrop|forget", &e->kind) ||
         !lum_json_require(&r, "user") || !lum_json_string(&r, "user", e->user, sizeof e->user))
         return refused(err->text, why);
+    if (e->kind != LUM_ENTRY_FORGET)
+        lum_json_id(&r, "op_id", e->op_id);
     if (e->kind == LUM_ENTRY_APPLY)
         return read_apply(e, &r, why);
     if (e->kind != LUM_ENTRY_FORGET && lum_json_require(&r, "of"))
@@ -218,6 +219,19 @@ static bool do_again(struct reading *e, struct lum_proto_error *err, char why[25
     return ok;
 }
 
+/* One that is dropped was refused. */
+static void note(const struct reading *e, uint64_t rev)
+{
+    struct lum_done done = {.scene_rev = e->kind <= LUM_ENTRY_REDO ? rev : 0};
+    snprintf(done.op_id, sizeof done.op_id, "%s", e->op_id);
+    if (e->kind == LUM_ENTRY_FORGET)
+        (void)lum_done_forget(e->replay->done, e->user);
+    else if (done.op_id[0] && !lum_done_reserve(e->replay->done, e->user))
+        lum_damage_no_memory(e->replay->damage);
+    else
+        lum_done_note(*e->replay->done, e->user, &done);
+}
+
 bool lum_entry_replay(const struct lum_replay *replay, const struct lum_block *f, char ret_why[256])
 {
     struct reading e = {.replay = replay};
@@ -227,6 +241,8 @@ bool lum_entry_replay(const struct lum_replay *replay, const struct lum_block *f
     if (edits && f->rev > 0)
         lum_document_raise_rev(replay->doc, f->rev - 1); /* revisions of what is lost are not given again */
     ok = ok && do_again(&e, &err, ret_why);
+    if (ok)
+        note(&e, f->rev);
     lum_damage_note(replay->damage, &err);
     lum_document_raise_rev(replay->doc, f->rev);
     for (size_t i = 0; i < e.n_children; i++)

@@ -1,7 +1,8 @@
 /* What a journal keeps of one edit, and doing it again.
  *
  * - {"do":"apply","user":"ann.3-1","op_id":"a1","undo_group":"","ops":[...],"content":{"room":"SHA-256"}}
- * - {"do":"undo","user":"ann.3-1","of":7}: the step that it took back made revision 7; "redo": that it brought again
+ * - {"do":"undo","user":"ann.3-1","op_id":"a2","of":7}: the step that it took back made revision 7; "redo": that it
+ * brought again
  * - {"do":"drop","user":"ann.3-1","of":7}: that undo found a conflict, and forgot the step; "redrop": a redo did
  * - {"do":"forget","user":"ann.3-1"}: she left
  *
@@ -52,6 +53,7 @@ struct lum_replay {
     const struct lum_dir *content;
     const struct lum_damage_sink *damage; /* of content */
     struct lum_kept_list *kept;           /* content that it reads is added */
+    struct lum_done_user **done;          /* what it did is noted */
 };
 bool lum_entry_replay(const struct lum_replay *replay, const struct lum_block *f, char ret_why[256]);
 

@@ -33,6 +33,7 @@ struct lum_journal {
     bool has_state;                  /* given, and not begun */
     bool busy;                       /* given, and not on disk: no other is taken */
     struct lum_document_state state; /* after entry state_seq */
+    struct lum_done_user *done;      /* of the state */
     uint64_t state_seq, snapshot_bytes;
     int64_t retry_due_ns;       /* no snapshot before */
     struct lum_kept_list fresh; /* content that was stored since the last snapshot began; added to under both locks */

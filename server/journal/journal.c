@@ -110,6 +110,8 @@ enum lum_status lum_journal_open(const struct lum_journal_config *config, struct
     atomic_store(&j->acknowledged, config->durability == LUM_DURABILITY_COMMIT ? j->seq : UINT64_MAX);
     j->kept = j->recovery.kept;
     j->recovery.kept = (struct lum_kept_list){0};
+    j->done = j->recovery.done;
+    j->recovery.done = NULL;
     *ret_doc = j->recovery.doc;
     j->recovery.doc = NULL;
     *ret_journal = j;
@@ -142,6 +144,7 @@ void lum_journal_close(struct lum_journal *j)
         pthread_join(j->thread, NULL);
     lum_entries_destroy(j->queue);
     lum_document_state_finish(&j->state);
+    lum_done_destroy(j->done);
     lum_snapshot_end(j->snapshot);
     lum_block_close(&j->file);
     lum_kept_finish(&j->kept);
@@ -156,6 +159,13 @@ void lum_journal_close(struct lum_journal *j)
     pthread_mutex_destroy(&j->lock);
     pthread_mutex_destroy(&j->content_lock);
     lum_free(j);
+}
+
+struct lum_done_user *lum_journal_take_done(struct lum_journal *j)
+{
+    struct lum_done_user *done = j->done;
+    j->done = NULL;
+    return done;
 }
 
 uint64_t lum_journal_starts(const struct lum_journal *j)
@@ -244,6 +254,15 @@ bool lum_journal_wants_state(struct lum_journal *j)
     bool wants = (j->wants_state || due) && !j->failed && !j->busy;
     pthread_mutex_unlock(&j->lock);
     return wants;
+}
+
+void lum_journal_give_done(struct lum_journal *j, struct lum_done_user *done)
+{
+    pthread_mutex_lock(&j->lock);
+    struct lum_done_user *before = j->done;
+    j->done = done;
+    pthread_mutex_unlock(&j->lock);
+    lum_done_destroy(before);
 }
 
 void lum_journal_give_state(struct lum_journal *j, struct lum_document_state *state)

@@ -55,6 +55,8 @@ LUM_MUST_USE enum lum_status lum_journal_start(struct lum_journal *j, struct lum
                                                struct lum_error *err);
 /* Writes and syncs what waits; then all is freed and the folder unlocked. Accepts NULL. */
 void lum_journal_close(struct lum_journal *j);
+/* What was recovered; passes over. */
+struct lum_done_user *lum_journal_take_done(struct lum_journal *j);
 /* How often a daemon has begun on this folder: what may not be the same again begins with it. */
 uint64_t lum_journal_starts(const struct lum_journal *j);
 
@@ -72,6 +74,8 @@ uint64_t lum_journal_submit(struct lum_journal *j, struct lum_entry *e, uint64_t
 bool lum_journal_failed(struct lum_journal *j, uint64_t *ret_durable, char ret_why[256]);
 /* True when lum_journal_give_state is to be called, with the state after all edits that were submitted. */
 bool lum_journal_wants_state(struct lum_journal *j);
+/* What is known of edits then; passes over. Before lum_journal_give_state, and lum_journal_start. */
+void lum_journal_give_done(struct lum_journal *j, struct lum_done_user *done);
 void lum_journal_give_state(struct lum_journal *j, struct lum_document_state *state); /* passes over */
 /* A snapshot is due now, whatever the size. */
 void lum_journal_want_state(struct lum_journal *j);

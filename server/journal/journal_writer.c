@@ -127,7 +127,9 @@ static enum lum_status begin_snapshot(struct lum_journal *j, struct lum_error *e
 {
     pthread_mutex_lock(&j->lock);
     struct lum_document_state state = j->state;
+    struct lum_done_user *done = j->done;
     bool read_only = j->read_only;
+    j->done = NULL;
     j->state = (struct lum_document_state){0};
     j->has_state = false;
     j->snapshot_seq = j->state_seq;
@@ -142,10 +144,11 @@ static enum lum_status begin_snapshot(struct lum_journal *j, struct lum_error *e
     enum lum_status st = read_only ? LUM_OK : new_file(j, j->snapshot_seq, err);
     if (st) {
         lum_document_state_finish(&state);
+        lum_done_destroy(done);
         return st;
     }
-    const struct lum_snapshot_config config = {&j->dir,         &j->content, "snapshot.part",
-                                               j->snapshot_seq, j->starts,   &j->kept};
+    const struct lum_snapshot_config config = {&j->dir,  &j->content, "snapshot.part", j->snapshot_seq, j->starts,
+                                               &j->kept, done};
     return lum_snapshot_begin(&config, &state, &j->snapshot, err);
 }
 

@@ -152,6 +152,8 @@ static bool try_snapshot(struct recovering *c, uint64_t number, bool whole)
         c->out.starts = s.starts;
         c->out.kept = s.kept;
         s.kept = (struct lum_kept_list){0};
+        c->out.done = s.done;
+        s.done = NULL;
     }
     lum_snapshot_read_finish(&s);
     return c->out.doc != NULL;
@@ -187,7 +189,7 @@ static enum lum_status find_snapshot(struct recovering *c, struct lum_error *err
 static void done(struct recovering *c, const char *name, const struct lum_block *f)
 {
     char why[256] = "";
-    const struct lum_replay replay = {c->out.doc, c->content, &c->counted, &c->out.kept};
+    const struct lum_replay replay = {c->out.doc, c->content, &c->counted, &c->out.kept, &c->out.done};
     if (lum_entry_replay(&replay, f, why)) {
         c->out.n_done++;
         return;
@@ -278,6 +280,7 @@ void lum_recovery_finish(struct lum_recovery *r)
 {
     lum_document_destroy(r->doc);
     lum_kept_finish(&r->kept);
+    lum_done_destroy(r->done);
     free(r->damaged);
     *r = (struct lum_recovery){0};
 }

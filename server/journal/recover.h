@@ -31,6 +31,7 @@ struct lum_recovery {
     struct lum_document *doc; /* owned; NULL: the folder holds no state */
     uint64_t seq, starts;
     struct lum_kept_list kept;
+    struct lum_done_user *done;
     uint64_t n_done, n_lost; /* edits since the snapshot: done again; lost, or not to be done without what is lost */
     uint64_t n_cut;          /* bytes of an edit that was never acknowledged */
     uint64_t n_damages;      /* lines told */

@@ -6,12 +6,14 @@
  * - {"index":i,"stands":true,"made":[i,k],"op":{..},"origin":".."}: one record, and what it made (imports)
  * - {"user":"ann.3-1"}: a history; used last comes first
  * - {"step":{"user":"..","redo":false,"undo_group":"..","rev":7,"changes":[before,after,..]}}: numbers; -1: none
+ * - {"done":{"user":"..","op_ids":["a1",..],"revs":[7,..]}}: edits that may be sent again (done.h)
  * - {"end":true} */
 #ifndef LUM_SERVER_JOURNAL_SNAPSHOT_H
 #define LUM_SERVER_JOURNAL_SNAPSHOT_H
 
 #include "protocol/document/state.h"
 #include "server/journal/content.h"
+#include "server/journal/done.h"
 
 /* Content that is known to be on disk: lists of records by their first. Guarded by the journal's lock. */
 struct lum_kept {
@@ -35,8 +37,9 @@ struct lum_snapshot_config {
     const char *name;                 /* of the file: it is synced, and the caller renames it */
     uint64_t seq, starts;             /* the last edit that is in it */
     const struct lum_kept_list *kept; /* not changed while the writer lives */
+    struct lum_done_user *done;       /* passes over */
 };
-/* Takes the state over in every case. */
+/* Takes the state, and what was done, over in every case. */
 LUM_MUST_USE enum lum_status lum_snapshot_begin(const struct lum_snapshot_config *config,
                                                 struct lum_document_state *state,
                                                 struct lum_snapshot_writer **ret_writer, struct lum_error *err);
@@ -51,6 +54,7 @@ struct lum_snapshot_read {
     struct lum_document_state state;
     uint64_t seq, starts;
     struct lum_kept_list kept;
+    struct lum_done_user *done;
     bool whole; /* nothing was lost */
 };
 void lum_snapshot_read_finish(struct lum_snapshot_read *s);

@@ -270,6 +270,15 @@ static void take_step(struct loader *l, const struct lum_block *f, const cJSON *
     *(redo ? &h->n_redo : &h->n_undo) += 1;
 }
 
+static void take_done(struct loader *l, const struct lum_block *f, const cJSON *json)
+{
+    enum lum_status st = lum_done_read(&l->out.done, json);
+    if (st == LUM_ERR_NOMEM)
+        lum_damage_no_memory(l->damage);
+    else if (st)
+        lost(l, f, "no list of edits that were done");
+}
+
 /* ---- the file ---- */
 
 static void take_block(struct loader *l, const struct lum_block *f)
@@ -286,6 +295,8 @@ static void take_block(struct loader *l, const struct lum_block *f)
         take_user(l, f, first);
     else if (strcmp(name, "step") == 0)
         take_step(l, f, first);
+    else if (strcmp(name, "done") == 0)
+        take_done(l, f, first);
     else if (strcmp(name, "end") == 0)
         l->ended = true;
     else
@@ -325,6 +336,7 @@ void lum_snapshot_read_finish(struct lum_snapshot_read *s)
 {
     lum_document_state_finish(&s->state);
     lum_kept_finish(&s->kept);
+    lum_done_destroy(s->done);
 }
 
 enum lum_status lum_snapshot_load(const struct lum_dir *dir, const struct lum_dir *content, const char *name,

@@ -33,6 +33,7 @@ struct lum_snapshot_writer {
     struct lum_block_writer file;
     uint64_t n_blocks;
     size_t next_pack, next_single, next_history, next_step;
+    const struct lum_done_user *next_done;
 };
 
 /* True when it got its number now. */
@@ -240,9 +241,11 @@ enum lum_status lum_snapshot_begin(const struct lum_snapshot_config *config, str
     struct lum_snapshot_writer *w = lum_calloc(1, sizeof *w);
     if (!w) {
         lum_document_state_finish(state);
+        lum_done_destroy(config->done);
         return lum_fail(err, LUM_ERR_NOMEM, "state", "no memory for a snapshot");
     }
     w->config = *config;
+    w->next_done = config->done;
     w->state = *state;
     w->file.fd = -1;
     *state = (struct lum_document_state){0};
@@ -279,6 +282,11 @@ enum lum_status lum_snapshot_step(struct lum_snapshot_writer *w, bool *ret_done,
         w->next_step = 0;
         return st;
     }
+    if (w->next_done) {
+        cJSON *done = lum_done_to_json(w->next_done);
+        w->next_done = w->next_done->next;
+        return put_member(w, "done", done, done != NULL, err);
+    }
     st = put_member(w, "end", cJSON_CreateTrue(), true, err);
     *ret_done = !st;
     return st ? st : lum_block_sync(&w->file, err);
@@ -303,6 +311,7 @@ void lum_snapshot_end(struct lum_snapshot_writer *w)
     lum_block_close(&w->file);
     lum_kept_finish(&w->kept);
     lum_document_state_finish(&w->state);
+    lum_done_destroy(w->config.done);
     lum_hash_finish(&w->numbers);
     free(w->stands);
     free(w->packs);

@@ -88,7 +88,7 @@ static void a_snapshot_without_memory_is_not_written(void **state)
     assert_int_equal(lum_dir_open(AT_FDCWD, k.dir, false, &lum_disk_real, &dir, &err), LUM_OK);
     assert_int_equal(lum_dir_open(dir.fd, "content", false, &lum_disk_real, &content, &err), LUM_OK);
     for (bool failed = true; failed; n++) {
-        const struct lum_snapshot_config config = {&dir, &content, "snapshot.part", 1, 1, &none};
+        const struct lum_snapshot_config config = {&dir, &content, "snapshot.part", 1, 1, &none, NULL};
         struct lum_snapshot_writer *w = NULL;
         struct lum_document_state s;
         bool done = false;
