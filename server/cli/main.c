@@ -354,16 +354,16 @@ static enum lum_status run_with_uploads(const struct lum_serve_options *o, const
                                         struct lum_log log, struct lum_net *net, struct lum_service *service,
                                         struct lum_error *err)
 {
-    char path[4096];
+    struct lum_upload_root root;
     struct lum_error why;
     if (o->state || o->upload_mib == 0)
         return run(o, o->upload_mib ? o->state : NULL, auth, log, net, service, err);
-    bool made = !lum_upload_root_make(path, sizeof path, &why);
+    bool made = !lum_upload_root_make(&root, &why);
     if (!made)
         lum_log(&log, LUM_LOG_WARNING, "main", "no file can be sent: %s", why.text);
-    enum lum_status status = run(o, made ? path : NULL, auth, log, net, service, err);
+    enum lum_status status = run(o, made ? root.path : NULL, auth, log, net, service, err);
     if (made)
-        lum_upload_root_remove(path);
+        lum_upload_root_remove(&root);
     return status;
 }
 

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -90,19 +91,65 @@ void lum_upload_store_close(struct lum_upload_store *store)
     lum_dir_close(&store->dir);
 }
 
-enum lum_status lum_upload_root_make(char *ret_path, size_t size, struct lum_error *err)
+/* ---- a root of its own ---- */
+
+#define ROOT "lumend-uploads-" /* before what makes its name its own */
+#define ROOT_TRIES 8
+
+/* Opens such a folder of this user's that no process holds, and holds it: by a lock on the folder, which ends with its
+ * process even when that is killed. -1: it is not there, of another kind, or held. */
+static int hold(int at_fd, const char *name)
 {
-    const char *tmp = getenv("TMPDIR");
-    int n = snprintf(ret_path, size, "%s/lumend-XXXXXX", tmp && tmp[0] ? tmp : "/tmp");
-    if (n > 0 && (size_t)n < size && mkdtemp(ret_path))
-        return LUM_OK;
-    return lum_fail(err, LUM_ERR_IO, "upload-mib", "cannot make a folder for uploads in %.100s: %s",
-                    tmp && tmp[0] ? tmp : "/tmp", strerror(errno));
+    struct stat held, named;
+    int fd = openat(at_fd, name, DIR_FLAGS);
+    if (fd < 0)
+        return -1;
+    if (!fstat(fd, &held) && held.st_uid == geteuid() && (held.st_mode & 07777) == 0700 &&
+        !flock(fd, LOCK_EX | LOCK_NB) && !fstatat(at_fd, name, &named, AT_SYMLINK_NOFOLLOW) &&
+        named.st_dev == held.st_dev && named.st_ino == held.st_ino) /* else it was removed before it was held */
+        return fd;
+    close(fd);
+    return -1;
 }
 
-void lum_upload_root_remove(const char *path)
+/* Of daemons that were killed. */
+static void remove_left(const char *tmp)
 {
-    walk(AT_FDCWD, path, 0, remove_one, NULL);
+    DIR *list = opendir(tmp);
+    for (struct dirent *e = list ? readdir(list) : NULL; e; e = readdir(list)) {
+        int fd = strncmp(e->d_name, ROOT, sizeof ROOT - 1) == 0 ? hold(dirfd(list), e->d_name) : -1;
+        if (fd < 0)
+            continue;
+        walk(dirfd(list), e->d_name, 0, remove_one, NULL);
+        close(fd);
+    }
+    if (list)
+        closedir(list);
+}
+
+enum lum_status lum_upload_root_make(struct lum_upload_root *ret_root, struct lum_error *err)
+{
+    const char *tmp = getenv("TMPDIR");
+    tmp = tmp && tmp[0] ? tmp : "/tmp";
+    remove_left(tmp);
+    for (int i = 0; i < ROOT_TRIES; i++) { /* one that another start takes for left, before it is held, is lost */
+        int n = snprintf(ret_root->path, sizeof ret_root->path, "%s/" ROOT "XXXXXX", tmp);
+        if (n < 0 || (size_t)n >= sizeof ret_root->path || !mkdtemp(ret_root->path))
+            return lum_fail(err, LUM_ERR_IO, "upload-mib", "cannot make a folder for uploads in %.100s: %s", tmp,
+                            strerror(errno));
+        ret_root->fd = hold(AT_FDCWD, ret_root->path);
+        if (ret_root->fd >= 0)
+            return LUM_OK;
+        (void)rmdir(ret_root->path);
+    }
+    return lum_fail(err, LUM_ERR_IO, "upload-mib", "cannot hold a folder for uploads in %.100s: %s", tmp,
+                    strerror(errno));
+}
+
+void lum_upload_root_remove(struct lum_upload_root *root)
+{
+    walk(AT_FDCWD, root->path, 0, remove_one, NULL);
+    close(root->fd);
 }
 
 /* ---- one upload ---- */

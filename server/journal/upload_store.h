@@ -27,9 +27,14 @@ LUM_MUST_USE enum lum_status lum_upload_store_open(const char *root, const struc
                                                    struct lum_upload_store *ret_store, struct lum_error *err);
 void lum_upload_store_close(struct lum_upload_store *store);
 
-/* A root of its own, for as long as the daemon runs; in $TMPDIR, or /tmp. */
-LUM_MUST_USE enum lum_status lum_upload_root_make(char *ret_path, size_t size, struct lum_error *err);
-void lum_upload_root_remove(const char *path);
+/* A root of its own, for as long as the daemon runs; in $TMPDIR, or /tmp. Making one removes those that daemons of this
+ * user left when they were killed. */
+struct lum_upload_root {
+    char path[4096];
+    int fd; /* private: holds it */
+};
+LUM_MUST_USE enum lum_status lum_upload_root_make(struct lum_upload_root *ret_root, struct lum_error *err);
+void lum_upload_root_remove(struct lum_upload_root *root);
 
 /* One upload on its way to disk. Blocking; several at once, each on one thread. files are borrowed, no two of them have
  * one name. */

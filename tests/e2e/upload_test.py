@@ -61,9 +61,9 @@ class Uploads(unittest.TestCase):
         self.daemon = self.enterContext(Daemon("--state", self.folder, *options))
         return self.daemon.connect()
 
-    def begin(self, path, n_bytes, body=b"x"):
+    def begin(self, path, n_bytes, body=b"x", daemon=None):
         """A connection by which only a beginning came."""
-        line = socket.create_connection(("127.0.0.1", self.daemon.port), WAIT_S)
+        line = socket.create_connection(("127.0.0.1", (daemon or self.daemon).port), WAIT_S)
         line.sendall(f"PUT {path} HTTP/1.1\r\nHost: localhost\r\nContent-Length: {n_bytes}\r\n\r\n".encode() + body)
         return line
 
@@ -125,6 +125,31 @@ class Uploads(unittest.TestCase):
                 bring(ws, send(daemon, ws, [("one.obj", OBJ), ("m/red.mtl", MTL)]) + "/one.obj")
                 self.assertEqual(len(names_below(tmp)), 2)
             self.assertEqual(os.listdir(tmp), [])
+
+    def test_what_a_killed_one_left_is_removed_and_nothing_else(self):
+        with tempfile.TemporaryDirectory() as tmp:
+            for name, mode in (("lumend-backup", 0o700), ("lumend-uploads-shared", 0o755)):  # of people
+                os.mkdir(os.path.join(tmp, name))
+                os.chmod(os.path.join(tmp, name), mode)
+            os.symlink(tmp, os.path.join(tmp, "lumend-uploads-link"))
+            people = sorted(os.listdir(tmp))
+            with Daemon(environment={"TMPDIR": tmp}) as running:
+                ws = running.connect()
+                kept = send(running, ws, [("one.obj", OBJ), ("m/red.mtl", MTL)])
+                before = set(os.listdir(tmp))
+                killed = Daemon(environment={"TMPDIR": tmp})
+                left = os.path.join(tmp, (set(os.listdir(tmp)) - before).pop())
+                sender = killed.connect()
+                line = self.begin(announce(sender, [("a", bytes(3 * MIB))]), 3 * MIB, bytes(MIB), killed)
+                while not names_below(left):  # a part of it is on disk
+                    sender.call("scene.get")
+                for end in (killed.process.kill, killed.process.wait, killed.process.stdout.close, killed.log.close, line.close):
+                    end()
+                with Daemon(environment={"TMPDIR": tmp}):
+                    self.assertFalse(os.path.exists(left))
+                    self.assertEqual(len(os.listdir(tmp)), len(people) + 2)
+                bring(ws, kept + "/one.obj")  # what the running one has is still there
+            self.assertEqual(sorted(os.listdir(tmp)), people)
 
     def test_photometry_is_in_the_list(self):
         ws = self.serve()

@@ -64,7 +64,7 @@ static enum lum_status upload(struct lum_upload_store *store, lum_upload_id ret_
 
 static unsigned n_names(const char *root)
 {
-    char path[300];
+    char path[sizeof((struct lum_upload_root *)NULL)->path + 16];
     unsigned n = 0;
     snprintf(path, sizeof path, "%s/" LUM_UPLOAD_FOLDER, root);
     DIR *list = opendir(path);
@@ -78,15 +78,15 @@ static unsigned n_names(const char *root)
 /* Whether a call failed: false after the last one. */
 static bool upload_with_fault(unsigned n_until)
 {
-    char root[256];
+    struct lum_upload_root root;
     lum_upload_id id, again;
     bool known;
     struct lum_error err;
     struct faulty f = {.n_until = n_until};
     const struct lum_disk disk = {faulty_create, faulty_write, faulty_sync, faulty_rename, &f};
     struct lum_upload_store store;
-    assert_int_equal(lum_upload_root_make(root, sizeof root, &err), LUM_OK);
-    enum lum_status st = lum_upload_store_open(root, &disk, &store, &err);
+    assert_int_equal(lum_upload_root_make(&root, &err), LUM_OK);
+    enum lum_status st = lum_upload_store_open(root.path, &disk, &store, &err);
     bool opened = !st;
     if (opened)
         st = upload(&store, id, &known);
@@ -96,17 +96,17 @@ static bool upload_with_fault(unsigned n_until)
     else
         assert_int_equal(st, LUM_OK);
     if (opened && failed) { /* a rename whose folder was not synced has its name, and is whole */
-        unsigned n_left = n_names(root);
+        unsigned n_left = n_names(root.path);
         assert_true(n_left <= 1);
         assert_int_equal(upload(&store, again, &known), LUM_OK);
         assert_int_equal(known, n_left == 1);
     }
     if (opened) {
-        assert_int_equal(n_names(root), 1);
+        assert_int_equal(n_names(root.path), 1);
         lum_upload_store_close(&store);
     }
-    lum_upload_root_remove(root);
-    assert_int_equal(access(root, F_OK), -1);
+    lum_upload_root_remove(&root);
+    assert_int_equal(access(root.path, F_OK), -1);
     return failed;
 }
 
