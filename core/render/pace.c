@@ -11,9 +11,9 @@ static const uint32_t sides[LUM_PACE_SIDES] = {1, 2, 3, 4, 6, 8, 12, 16};
 #define CLEARLY 0.85      /* of the time, for a finer picture than before: near the limit sides would alternate */
 #define WORTH_EASING 0.97 /* of the time is left: what gives less is noise */
 #define FORGOTTEN 30u     /* passes: a drag of a second, in which one may be too dear */
-/* Time falls as side^-this. A rough frame makes nearly all virtual point lights of a whole one, and records as fine as
- * that needs them, if fewer: .42 of its time for a side of 2, .18 for 4, .08 for 8, in twelve rooms of 600 x 400. Of
- * path traced samples there is one in each block. */
+/* What of a pass's time is not fixed falls as side^-this. A rough frame makes nearly all virtual point lights of a
+ * whole one, and records as fine as that needs them, if fewer: .42 of its time for a side of 2, .18 for 4, .08 for 8,
+ * in twelve rooms of 600 x 400. Of path traced samples there is one in each block. */
 #define OF_FRAMES 1.25
 #define OF_SAMPLES 2.0
 
@@ -53,6 +53,11 @@ static uint32_t index_of(uint32_t side)
     return i;
 }
 
+double lum_pace_fixed_ms(const struct lum_pass_stats *pass)
+{
+    return pass->stage_ms[LUM_STAGE_CACHE] + pass->stage_ms[LUM_STAGE_UPSAMPLE];
+}
+
 /* What is left of a pass's time when it is eased. */
 static double eased_part(const struct lum_pace *p, const struct lum_method *method)
 {
@@ -77,6 +82,7 @@ void lum_pace_note(struct lum_pace *p, const struct lum_method *method, const st
     double was = p->ms[at], ms = pass->eased ? pass->ms / eased_part(p, method) : pass->ms;
     grow_older(p);
     p->age[at] = 0;
+    p->fixed_ms = fmin(fmax(pass->fixed_ms, 0.0), pass->ms);
     if (!pass->eased) {
         p->share = fmin(fmax(pass->stage_ms / pass->ms, 0.0), 1.0);
         p->share_age = 0;
@@ -95,14 +101,20 @@ void lum_pace_scale(struct lum_pace *p, double pixels)
         p->ms[i] *= pixels;
 }
 
+static double expected_from(const struct lum_pace *p, uint32_t known, uint32_t at, double exponent)
+{
+    double fixed_ms = fmin(p->fixed_ms, p->ms[known]);
+    return fixed_ms + (p->ms[known] - fixed_ms) * pow((double)sides[known] / sides[at], exponent);
+}
+
 /* From the nearest side that is known; 0: none is. */
 static double expected(const struct lum_pace *p, uint32_t at, double exponent)
 {
     for (uint32_t far = 0; far < LUM_PACE_SIDES; far++) {
         if (at + far < LUM_PACE_SIDES && p->ms[at + far] > 0.0)
-            return p->ms[at + far] * pow((double)sides[at + far] / sides[at], exponent);
+            return expected_from(p, at + far, at, exponent);
         if (at >= far && p->ms[at - far] > 0.0)
-            return p->ms[at - far] * pow((double)sides[at - far] / sides[at], exponent);
+            return expected_from(p, at - far, at, exponent);
     }
     return 0.0;
 }

@@ -36,6 +36,7 @@ struct lum_pace {
     uint32_t age[LUM_PACE_SIDES]; /* of that, in passes: what is old is forgotten, and tried again */
     double share;                 /* of a pass's time, that the stage takes which can be eased; 0: not known */
     uint32_t share_age;
+    double fixed_ms; /* of the last pass: what does not hang on the side */
     struct lum_pace_choice last;
 };
 
@@ -43,7 +44,11 @@ struct lum_pace_pass {
     uint32_t side;
     bool eased;
     double ms, stage_ms; /* the latter: of the stage that can be eased */
+    double fixed_ms;     /* lum_pace_fixed_ms */
 };
+
+/* Of the time of a pass that which is the same whatever the side: virtual point lights, and the way to all pixels. */
+double lum_pace_fixed_ms(const struct lum_pass_stats *pass);
 
 /* A pass that made a picture anew took so long. Where it took another time than was known, so will those of other
  * sides: longer ones count at once, shorter ones by half. */

@@ -307,6 +307,7 @@ static void note_pace(struct lum_server_view *v, const struct lum_pass_stats *pa
                   &(struct lum_pace_pass){.side = pass->preview,
                                           .eased = pass->preview > 1 && v->settings.preview_eased,
                                           .ms = pass->ms,
+                                          .fixed_ms = lum_pace_fixed_ms(pass),
                                           .stage_ms = ease ? pass->stage_ms[ease->stage] : 0.0});
 }
 

@@ -43,6 +43,23 @@ static void blocks_are_as_small_as_time_allows(void **state)
     assert_int_equal(choose(250.0, "path", 60.0), 4); /* of powers of two, which fill tiles */
 }
 
+/* What does not hang on the side is told, and what is expected of sides that were not tried is what they take. */
+static void fixed_time_is_no_reason_for_larger_blocks(void **state)
+{
+    (void)state;
+    static const uint32_t sides[] = {16, 12, 8};
+    const struct lum_method *live = lum_method_find("live");
+    for (double fixed_ms = 0.0; fixed_ms <= 30.0; fixed_ms += 10.0)
+        for (size_t k = 0; k < sizeof sides / sizeof *sides; k++) {
+            struct lum_pace p = {0};
+            double at16 = 4.0, at = at16 * pow(16.0 / sides[k], 1.25) + fixed_ms;
+            lum_pace_note(&p, live, &(struct lum_pace_pass){.side = 16, .ms = at16 + fixed_ms, .fixed_ms = fixed_ms});
+            struct lum_pace_choice c = lum_pace_choose(&p, live, at * (1.0 + 1e-9));
+            assert_int_equal(c.side, sides[k]);
+            assert_true(fabs(c.ms - at) < 1e-9 * at);
+        }
+}
+
 /* A machine on which a pass takes fixed + whole / side^exponent, of which nothing but that is known: from the third
  * frame on a dragged view keeps its time, and no finer side would (but for sides that are nearly as dear as the time
  * allows). */
@@ -182,6 +199,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(blocks_are_as_small_as_time_allows),
+        cmocka_unit_test(fixed_time_is_no_reason_for_larger_blocks),
         cmocka_unit_test(a_drag_keeps_its_time),
         cmocka_unit_test(it_follows_the_scene),
         cmocka_unit_test(cost_goes_with_pixels),
