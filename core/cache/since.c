@@ -152,17 +152,17 @@ static inline uint32_t meets(float cx, float cy, float cz, float x, float y, flo
            (uint32_t)(fabsf(cx * y - cy * x) <= e.x * ay + e.y * ax);
 }
 
-/* Segments from one point to the VPLs k .. k + LUM_SUM_LANES - 1, as bits. */
+/* Segments from one point to the VPLs k .. k + LUM_LANES - 1, as bits. */
 static uint32_t segments_meet(const struct lum_vpl_set *set, uint32_t k, struct lum_vec3 from, const struct box *box)
 {
     const struct lum_vec3 o = lum_v3_sub(from, box->middle), s = lum_vpl_seen_from(set, k, from);
-    uint32_t met[LUM_SUM_LANES], bits = 0;
-    for (uint32_t i = 0; i < LUM_SUM_LANES; i++) {
+    uint32_t met[LUM_LANES], bits = 0;
+    for (uint32_t i = 0; i < LUM_LANES; i++) {
         float x = 0.5f * (set->px[k + i] - s.x), y = 0.5f * (set->py[k + i] - s.y);
         float z = 0.5f * (set->pz[k + i] - s.z);
         met[i] = meets(o.x + x, o.y + y, o.z + z, x, y, z, box->half);
     }
-    for (uint32_t i = 0; i < LUM_SUM_LANES; i++)
+    for (uint32_t i = 0; i < LUM_LANES; i++)
         bits |= met[i] << i;
     return bits;
 }
@@ -171,9 +171,9 @@ static uint32_t segments_meet(const struct lum_vpl_set *set, uint32_t k, struct 
 static uint64_t find_meeting(const struct lum_vpl_set *set, uint32_t word, struct lum_vec3 from, const struct box *box,
                              uint64_t bits)
 {
-    const uint64_t group = (UINT64_C(1) << LUM_SUM_LANES) - 1u;
+    const uint64_t group = (UINT64_C(1) << LUM_LANES) - 1u;
     uint64_t met = 0;
-    for (uint32_t i = 0; i < 64; i += LUM_SUM_LANES)
+    for (uint32_t i = 0; i < 64; i += LUM_LANES)
         if (bits >> i & group)
             met |= (uint64_t)segments_meet(set, word * 64 + i, from, box) << i;
     return met & bits;
@@ -189,7 +189,7 @@ struct picked {
 
 static void pick(struct picked *p, const struct lum_vpl_set *set, struct lum_vec3 from, uint32_t slot)
 {
-    struct lum_vec3 s = lum_vpl_seen_from(set, slot - slot % LUM_SUM_LANES, from);
+    struct lum_vec3 s = lum_vpl_seen_from(set, slot - slot % LUM_LANES, from);
     uint32_t i = p->n++;
     p->slot[i] = slot;
     p->x[i] = 0.5f * (set->px[slot] - s.x);

@@ -1,4 +1,4 @@
-/* Loops over LUM_SUM_LANES values without a branch, which become vector code. */
+/* Loops over LUM_LANES values without a branch, which become vector code. */
 #include "core/cache/vpl_sum.h"
 
 #include <string.h>
@@ -8,11 +8,7 @@
 #include "core/medium/medium.h"
 #include "core/vpl/lobe.h"
 
-#define LANES LUM_SUM_LANES
-
-/* Lane i as bit i. */
-static const uint32_t bit_of[LANES] = {1u << 0, 1u << 1, 1u << 2,  1u << 3,  1u << 4,  1u << 5,  1u << 6,  1u << 7,
-                                       1u << 8, 1u << 9, 1u << 10, 1u << 11, 1u << 12, 1u << 13, 1u << 14, 1u << 15};
+#define LANES LUM_LANES
 
 uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver *at, uint32_t word)
 {
@@ -20,7 +16,7 @@ uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver 
     uint64_t all = 0;
     for (uint32_t k = 64 * word; k < set->n && k < 64 * (word + 1); k += LANES) { /* padding faces nothing */
         const struct lum_vec3 p = lum_vpl_seen_from(set, k, at->p);
-        const float *px = set->px + k, *py = set->py + k, *pz = set->pz + k; /* an index of 32 bits may wrap */
+        const float *px = set->px + k, *py = set->py + k, *pz = set->pz + k;
         const float *nx = set->nx + k, *ny = set->ny + k, *nz = set->nz + k;
         uint32_t faces = 0;
         for (uint32_t i = 0; i < LANES; i++) {
@@ -29,7 +25,7 @@ uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver 
             float from = -(dx * nx[i] + dy * ny[i] + dz * nz[i]);
             float least = to < side ? to : side;
             least = least < from ? least : from;
-            faces |= least > 0.0f ? bit_of[i] : 0u;
+            faces |= least > 0.0f ? lum_lane_bit[i] : 0u;
         }
         all |= (uint64_t)faces << k % 64;
     }
@@ -185,7 +181,7 @@ __attribute__((noinline)) static uint32_t leave_out(const float *restrict reach,
         float chance = reach[i] * per_step, most = chance < 1.0f ? chance : 1.0f;
         uint32_t before = inout_sums[i];
         uint32_t sum = before + (uint32_t)(int32_t)(most * (float)(1 << PARTS_BITS) + 0.5f);
-        left_out |= sum >> PARTS_BITS == before >> PARTS_BITS ? bit_of[i] : 0u;
+        left_out |= sum >> PARTS_BITS == before >> PARTS_BITS ? lum_lane_bit[i] : 0u;
         inout_sums[i] = sum;
     }
     return left_out;

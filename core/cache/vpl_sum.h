@@ -11,14 +11,14 @@
  * below its own horizon: in a sphere with 256 VPLs the sum is 7 % too high, and would else be 5 % too low. What ends
  * nearer than that, as slats do, would lose most of its light: it is given back (core/vpl/lifted.h).
  *
- * All sums are in an order that depends on the number of VPLs alone: floats in LUM_SUM_LANES lanes over blocks of
+ * All sums are in an order that depends on the number of VPLs alone: floats in LUM_LANES lanes over blocks of
  * LUM_SUM_BLOCK VPLs, lanes and blocks added up in double. No machine, and no history, changes a bit of it. */
 #ifndef LUM_CORE_CACHE_VPL_SUM_H
 #define LUM_CORE_CACHE_VPL_SUM_H
 
+#include "core/math/lanes.h"
 #include "core/vpl/vpl.h"
 
-#define LUM_SUM_LANES 16u  /* an AVX-512 register, or two of AVX2 */
 #define LUM_SUM_BLOCK 256u /* 16 additions in each lane: floats lose no more than 16 roundings */
 
 /* A point of a surface, as in struct lum_gather_points. */
@@ -35,7 +35,7 @@ uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver 
  * tell as much of many VPLs as of few, and a sum over those drawn has the expectation of the sum over all. 0: the point
  * faces n or fewer, which are all drawn.
  *
- * Of each LUM_DRAW_BLOCK slots, every LUM_SUM_LANES-th of as many blocks, so many are drawn as their chances add up to,
+ * Of each LUM_DRAW_BLOCK slots, every LUM_LANES-th of as many blocks, so many are drawn as their chances add up to,
  * rounded down or up: systematic sampling. Who it is hangs on the cell of space that the point is in, on the set's
  * seed, and on the others of the block alone. Drawn each by itself, the pictures of first frames had 10 % more SMAPE in
  * cornell, 6 in conference, 2.5 in sponza and office (three draws, 300 x 200); with blocks of 64 they are no better,

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/material/bsdf.h"
+#include "core/math/lanes.h"
 #include "core/scene/surface.h"
 
 /* Added to albedos before they are divided by: what is not in proportion to them (gloss, mirrors, black surfaces). */
@@ -45,7 +46,7 @@ static struct lum_rgb light_at(const struct job *j, uint32_t x, uint32_t y)
 /* ---- pixels of the full picture ---- */
 
 /* Pixels in a row that lie between the same coarse ones: as many as there are, at most. */
-#define LANES 16u
+#define LANES LUM_LANES
 
 struct span {
     uint32_t n;

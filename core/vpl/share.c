@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "core/light/emit.h"
+#include "core/math/lanes.h"
 #include "core/math/sampler.h"
 #include "core/scene/snapshot.h"
 
@@ -247,15 +248,10 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
 /* The k-th nearest tells an area to 1 / sqrt(k) of it: 35 %. The median of at most QUERIES of them, to 3 %. */
 enum { NEIGHBOURS = 8, QUERIES = 256 };
 
-/* VPLs that are looked at together: an AVX-512 register, or two of AVX2. Arrays of a set are padded to them. */
-#define LANES 16u
-
-/* Lane i as bit i. */
-static const uint32_t bit_of[LANES] = {1u << 0, 1u << 1, 1u << 2,  1u << 3,  1u << 4,  1u << 5,  1u << 6,  1u << 7,
-                                       1u << 8, 1u << 9, 1u << 10, 1u << 11, 1u << 12, 1u << 13, 1u << 14, 1u << 15};
+#define LANES LUM_LANES /* arrays of a set are padded to them */
 
 /* Of LANES VPLs from k on those that are nearer to VPL i and face as it does, to 60 degrees: round a bend, not round a
- * corner. Empty slots have no normal. Without a branch, from pointers (an index of 32 bits may wrap): vector code. */
+ * corner. Empty slots have no normal. Vector code. */
 static uint32_t find_near(const struct lum_vpl_set *set, uint32_t i, uint32_t k, float limit2, float ret_d2[LANES])
 {
     const float *px = set->px + k, *py = set->py + k, *pz = set->pz + k;
@@ -265,7 +261,7 @@ static uint32_t find_near(const struct lum_vpl_set *set, uint32_t i, uint32_t k,
     for (uint32_t l = 0; l < LANES; l++) {
         float x = p.x - px[l], y = p.y - py[l], z = p.z - pz[l], d2 = x * x + y * y + z * z;
         float facing = n.x * nx[l] + n.y * ny[l] + n.z * nz[l];
-        all |= (d2 < limit2) & (facing > 0.5f) ? bit_of[l] : 0u;
+        all |= (d2 < limit2) & (facing > 0.5f) ? lum_lane_bit[l] : 0u;
         ret_d2[l] = d2;
     }
     return all;
@@ -276,7 +272,7 @@ static uint32_t every(uint32_t k, uint32_t step)
 {
     uint32_t bits = 0;
     for (uint32_t l = (step - k % step) % step; l < LANES; l += step)
-        bits |= bit_of[l];
+        bits |= lum_lane_bit[l];
     return bits;
 }
 

@@ -1,4 +1,5 @@
 /* Light paths, and the VPLs they leave. */
+#include "core/math/lanes.h"
 #include "core/math/sampler.h"
 #include "core/vpl/vpl.h"
 
@@ -390,7 +391,7 @@ static enum lum_status emit_all(const struct lum_vpl_request *rq, const struct l
 
 static uint32_t padded(uint32_t n)
 {
-    return (n + 15u) & ~15u;
+    return (n + LUM_LANES - 1) / LUM_LANES * LUM_LANES;
 }
 
 static enum lum_status alloc_arrays(struct lum_vpl_set *set, struct lum_error *err)

@@ -252,7 +252,7 @@ static void some_stand_for_all(void **state)
 static void a_block_brings_what_it_should(void **state)
 {
     (void)state;
-    enum { N = 1000, WORDS = (N + 63) / 64, SHARED = LUM_SUM_LANES * LUM_DRAW_BLOCK };
+    enum { N = 1000, WORDS = (N + 63) / 64, SHARED = LUM_LANES * LUM_DRAW_BLOCK };
     struct fake f;
     fake_begin(&f, N); /* the last blocks are not full */
     for (uint32_t i = 0; i < N; i++) {
@@ -266,11 +266,11 @@ static void a_block_brings_what_it_should(void **state)
                                   lum_v3(0, 1, 0)};
         uint64_t bits[WORDS];
         float step = lum_vpl_draw(&f.set, &at, 1.0f, 64, 1, bits);
-        for (uint32_t b = 0; b < (N + SHARED - 1) / SHARED * LUM_SUM_LANES; b++) {
-            uint32_t first = b / LUM_SUM_LANES * SHARED + b % LUM_SUM_LANES;
+        for (uint32_t b = 0; b < (N + SHARED - 1) / SHARED * LUM_LANES; b++) {
+            uint32_t first = b / LUM_LANES * SHARED + b % LUM_LANES;
             uint64_t block[WORDS] = {0}, drawn[WORDS] = {0}, any = 0;
             struct lum_vpl_sum whole, some;
-            for (uint32_t k = first; k < first + SHARED && k < N; k += LUM_SUM_LANES)
+            for (uint32_t k = first; k < first + SHARED && k < N; k += LUM_LANES)
                 block[k / 64] |= f.all[k / 64] & UINT64_C(1) << k % 64;
             for (uint32_t w = 0; w < WORDS; w++)
                 any |= drawn[w] = block[w] & bits[w];
