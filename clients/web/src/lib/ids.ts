@@ -4,3 +4,6 @@ export function newId(stem: string, taken: (id: string) => boolean): string {
     for (let n = 2; taken(id); n++) id = `${stem}-${n}`;
     return id;
 }
+
+/** lamp-2 before lamp-10. */
+export const byName = new Intl.Collator('en', { numeric: true }).compare;

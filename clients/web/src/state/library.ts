@@ -1,5 +1,6 @@
 /** The luminaires that the server's asset folder offers: which there are, what their files say, and how one is dragged into the picture. */
-import { computed, signal, type ReadonlySignal } from '@preact/signals';
+import { computed, effect, signal, type ReadonlySignal } from '@preact/signals';
+import { byName } from '../lib/ids';
 import { ClosedError, isObject, type JsonObject } from '../protocol/rpc';
 import { stringOr, type Pick } from '../protocol/types';
 import { factsOf, found, type Facts } from './luminaires';
@@ -40,21 +41,32 @@ export class Library {
     readonly facts = signal<ReadonlyMap<string, Facts | string>>(new Map());
     readonly found = computed(() => {
         const words = this.search.value.toLowerCase().split(/\s+/).filter((w) => w !== '');
-        const all = this.assets.value ?? [];
+        const last = this.last.value;
+        const named = this.assets.value ?? [];
+        const all = last.size === 0 ? named : [...named.filter((a) => !last.has(a)), ...named.filter((a) => last.has(a))];
         return words.length === 0 ? all : all.filter((a) => found(a, this.nameOf(a), words));
     });
+    /** Known to be refused. The chosen one joins them when another is chosen: it does not leave the hand that is on it. */
+    private readonly last = signal<ReadonlySet<string>>(new Set());
     private readonly wanted = new Set<string>();
     private readonly asked = new Set<string>();
     private looking = false;
 
-    constructor(private readonly host: LibraryHost) {}
+    constructor(private readonly host: LibraryHost) {
+        effect(() => {
+            const was = this.last.peek();
+            const refused = [...this.facts.value].filter(([, told]) => typeof told === 'string').map(([asset]) => asset);
+            const last = refused.filter((asset) => was.has(asset) || asset !== this.chosen.value);
+            if (last.length !== was.size) this.last.value = new Set(last);
+        });
+    }
 
     /** Asks for the list; again, it may have changed. */
     async load(): Promise<void> {
         try {
             const told = await this.host.call('asset.list', { kind: 'photometry' });
             const assets = Array.isArray(told.assets) ? told.assets.filter(isObject).map((a) => stringOr(a.asset, '')) : [];
-            this.assets.value = assets;
+            this.assets.value = assets.sort(byName);
             this.whole.value = told.whole !== false;
             this.problem.value = '';
         } catch (error) {

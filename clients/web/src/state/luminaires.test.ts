@@ -54,6 +54,47 @@ test('spread over a floor they stand in the middles of equal cells, at the heigh
     assert.deepEqual(places(ops).at(-1), [4, 2.7, 2]);
 });
 
+const settle = async (): Promise<void> => {
+    for (let i = 0; i < 8; i++) await Promise.resolve();
+};
+
+/** Its server has those files, and refuses those whose names begin with "no". */
+function libraryOf(files: string[]): Library {
+    return new Library({
+        online: signal(true),
+        call: (method, params) => {
+            if (method === 'asset.list') return Promise.resolve({ assets: files.map((asset) => ({ asset })), whole: true });
+            return /^no/i.test(String(params.asset)) ? Promise.reject(new Error('line 1: no')) : Promise.resolve(TOLD);
+        },
+        pick: () => Promise.resolve(null),
+        place: () => Promise.resolve(true),
+    });
+}
+
+test('files are listed by name, and those that were refused after all others', async () => {
+    const library = libraryOf(['NO-1.ies', 'no-10.ies', 'no-2.ies', 'spot-10.ies', 'spot-2.ies']);
+    await library.load();
+    assert.deepEqual(library.found.value, ['NO-1.ies', 'no-2.ies', 'no-10.ies', 'spot-2.ies', 'spot-10.ies'], 'nothing is known of them yet');
+    library.want(library.found.value);
+    for (let i = 0; i < 5; i++) await settle();
+    assert.deepEqual(library.found.value, ['spot-2.ies', 'spot-10.ies', 'NO-1.ies', 'no-2.ies', 'no-10.ies']);
+    library.search.value = '2';
+    assert.deepEqual(library.found.value, ['spot-2.ies', 'no-2.ies'], 'of those that are found, too');
+});
+
+test('one that is refused while it is chosen stays where it is until another is chosen', async () => {
+    const library = libraryOf(['a.ies', 'no.ies', 'z.ies']);
+    await library.load();
+    library.chosen.value = 'no.ies';
+    library.want(library.found.value);
+    for (let i = 0; i < 5; i++) await settle();
+    assert.deepEqual(library.found.value, ['a.ies', 'no.ies', 'z.ies']);
+    library.chosen.value = 'z.ies';
+    assert.deepEqual(library.found.value, ['a.ies', 'z.ies', 'no.ies']);
+    library.chosen.value = 'no.ies';
+    assert.deepEqual(library.found.value, ['a.ies', 'z.ies', 'no.ies'], 'to choose it does not move it');
+});
+
 test('files are read two at a time, those in sight first, and found by what they say', async () => {
     const asked: string[] = [];
     const answers: (() => void)[] = [];
@@ -68,9 +109,6 @@ test('files are read two at a time, those in sight first, and found by what they
         pick: () => Promise.resolve(null),
         place: () => Promise.resolve(true),
     });
-    const settle = async (): Promise<void> => {
-        for (let i = 0; i < 8; i++) await Promise.resolve();
-    };
     await library.load();
     library.want(['c.ies', 'd.ies', 'a.ies']);
     assert.deepEqual(asked, ['c.ies', 'd.ies']);

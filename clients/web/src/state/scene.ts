@@ -5,6 +5,7 @@
  * never jumps back while an edit travels, and falls back by itself when the edit is refused.
  */
 import { batch, signal, type ReadonlySignal, type Signal } from '@preact/signals';
+import { byName } from '../lib/ids';
 import { isObject, type Json, type JsonObject } from '../protocol/rpc';
 import { INTENSITY_FIELDS, stringOr, type SceneRecord } from '../protocol/types';
 
@@ -48,9 +49,6 @@ function replaceIn(node: Json | undefined, keys: string[], value: Json): Json | 
 
 const LISTED = ['light', 'camera', 'import', 'sensor', 'patch', 'preset'] as const;
 type Listed = (typeof LISTED)[number];
-
-/** lamp-2 before lamp-10. */
-const byName = new Intl.Collator('en', { numeric: true }).compare;
 
 export class SceneMirror {
     readonly rev = signal(0);
