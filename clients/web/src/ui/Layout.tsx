@@ -35,17 +35,19 @@ export function Layout() {
             <Viewport />
             <div class="panel" inert={app.connection.value.at !== 'online'}>
                 <SectionNav />
-                <LightList />
-                <PresetPanel />
-                <LibraryPanel />
-                <DaylightPanel />
-                <SensorPanel />
-                <DeskPanel />
-                <ViewPanel />
-                <ComparePanel />
-                <AccuracyPanel />
-                <EffectsPanel />
-                <ImportPanel />
+                <div class="sections">
+                    <LightList />
+                    <PresetPanel />
+                    <LibraryPanel />
+                    <DaylightPanel />
+                    <SensorPanel />
+                    <DeskPanel />
+                    <ViewPanel />
+                    <ComparePanel />
+                    <AccuracyPanel />
+                    <EffectsPanel />
+                    <ImportPanel />
+                </div>
             </div>
             <StatusBar />
             <Toasts />

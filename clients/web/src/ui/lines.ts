@@ -61,7 +61,7 @@ export function useLines(lines: readonly Line[], selected: string | null): Lines
     const layout = layoutOf(lines.map((l) => heights.current.get(l.key) ?? ROW_PX));
     const shown = long ? inSight(layout, ...sight.value, [active, indexOf(selected)]) : lines.map((_, i) => i);
 
-    const scroller = (): HTMLElement | null => list.current?.closest<HTMLElement>('.panel') ?? null;
+    const scroller = (): HTMLElement | null => list.current?.closest<HTMLElement>('.sections') ?? null;
     const follow = (): void => {
         const box = scroller()?.getBoundingClientRect();
         const top = list.current?.getBoundingClientRect().top ?? 0;
