@@ -167,36 +167,20 @@ static uint32_t hash_cell(struct lum_vec3 p)
     return lum_hash_combine(lum_hash_combine(lum_hash_u32(x), y), z);
 }
 
-/* Chances of drawing are counted in parts, in whole numbers, so that a sum of them cannot fall. */
-#define PARTS_BITS 24
-_Static_assert(LUM_DRAW_BLOCK < (1u << (32 - PARTS_BITS)) - 1u, "a sum of chances fits");
-
-/* A slot for each of LANES blocks, whose sums of chances it adds to: those that are not drawn. Who takes a sum to the
- * next whole number is. */
-__attribute__((noinline)) static uint32_t leave_out(const float *restrict reach, float per_step,
-                                                    uint32_t *restrict inout_sums)
+/* Of a block those that are not drawn: bit by slot. The chances are added up from a number in [0, 1) on; who takes the
+ * sum to the next whole number is drawn. */
+static uint64_t left_out_of(const float *reach, uint32_t n_slots, float step, uint32_t number)
 {
-    uint32_t left_out = 0;
-    for (uint32_t i = 0; i < LANES; i++) {
-        float chance = reach[i] * per_step, most = chance < 1.0f ? chance : 1.0f;
-        uint32_t before = inout_sums[i];
-        uint32_t sum = before + (uint32_t)(int32_t)(most * (float)(1 << PARTS_BITS) + 0.5f);
-        left_out |= sum >> PARTS_BITS == before >> PARTS_BITS ? lum_lane_bit[i] : 0u;
-        inout_sums[i] = sum;
+    float sum = (float)(number >> 8) * 0x1p-24f, per_step = 1.0f / step;
+    uint64_t left_out = 0;
+    int32_t before = 0;
+    for (uint32_t i = 0; i < n_slots; i++) {
+        sum += lum_min(reach[i] * per_step, 1.0f);
+        int32_t now = (int32_t)sum;
+        left_out |= (uint64_t)(now == before) << i;
+        before = now;
     }
     return left_out;
-}
-
-/* LANES blocks, whose slots take turns, begin with a sum in [0, 1) each: shifted by the golden section from block to
- * block, so that together, too, they draw about as many as their chances add up to. */
-static void draw_blocks(const float *reach, uint32_t n_slots, float step, uint32_t number, uint32_t first,
-                        uint64_t *inout_bits)
-{
-    uint32_t sums[LANES];
-    for (uint32_t i = 0; i < LANES; i++)
-        sums[i] = (number + i * UINT32_C(0x9e3779b9)) >> (32 - PARTS_BITS);
-    for (uint32_t k = first; k < first + LANES * LUM_DRAW_BLOCK && k < n_slots; k += LANES)
-        inout_bits[k / 64] &= ~((uint64_t)leave_out(reach + k, 1.0f / step, sums) << k % 64);
 }
 
 /* Leaves one in so many points of the sky, which begin and end with a word. Of the spiral one in 2 or 4 is one again:
@@ -222,8 +206,11 @@ float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at,
     if (find_reach(set, at, lift, ret_bits, reach) <= n)
         return 0.0f;
     float step = find_step(reach, set->n_bounced, n);
-    for (uint32_t k = 0; k < set->n_bounced; k += LANES * LUM_DRAW_BLOCK)
-        draw_blocks(reach, set->n_bounced, step, lum_hash_combine(cell, k), k, ret_bits);
+    for (uint32_t k = 0; k < set->n_bounced; k += LUM_DRAW_BLOCK) {
+        uint32_t n_slots = set->n_bounced - k < LUM_DRAW_BLOCK ? set->n_bounced - k : LUM_DRAW_BLOCK;
+        uint64_t left_out = left_out_of(reach + k, n_slots, step, lum_hash_combine(cell, k));
+        ret_bits[k / 64] &= ~(left_out << k % 64);
+    }
     return step;
 }
 

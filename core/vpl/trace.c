@@ -263,7 +263,7 @@ static void visit(struct walk *w, uint32_t i)
         path.flux = lum_rgb_mul(path.flux, lum_material_transmittance(m, w->hits.t[i]));
     struct lum_bsdf b;
     lum_bsdf_init(&b, m, &s, wo);
-    if (!(w->set->lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION)))
+    if (w->snapshot->has_sheets && !(w->set->lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION)))
         lum_bsdf_add_far_side(&b);
     if (leave_one(w, &path, &s, &b, wo)) {
         if (path.bounce++ == path.last)

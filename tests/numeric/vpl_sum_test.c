@@ -248,13 +248,13 @@ static void some_stand_for_all(void **state)
 }
 
 /* What is drawn of a block brings what its chances add up to, but for less than one draw: here flux is importance, so
- * that one draw is worth step / pi. Sums of 32 floats are off by less than 2^-18 of that, chances by 2^-25 each. */
+ * that one draw is worth step / pi. Sums of 32 floats are off by less than 2^-18 of that. */
 static void a_block_brings_what_it_should(void **state)
 {
     (void)state;
-    enum { N = 1000, WORDS = (N + 63) / 64, SHARED = LUM_LANES * LUM_DRAW_BLOCK };
+    enum { N = 1000, WORDS = (N + 63) / 64 };
     struct fake f;
-    fake_begin(&f, N); /* the last blocks are not full */
+    fake_begin(&f, N); /* the last block is not full */
     for (uint32_t i = 0; i < N; i++) {
         float flux = random_unit(i, 5);
         fake_put(&f, i, lum_v3(30.0f * random_unit(i, 6) - 15.0f, 8.0f, 30.0f * random_unit(i, 7) - 15.0f),
@@ -266,20 +266,17 @@ static void a_block_brings_what_it_should(void **state)
                                   lum_v3(0, 1, 0)};
         uint64_t bits[WORDS];
         float step = lum_vpl_draw(&f.set, &at, 1.0f, 64, 1, bits);
-        for (uint32_t b = 0; b < (N + SHARED - 1) / SHARED * LUM_LANES; b++) {
-            uint32_t first = b / LUM_LANES * SHARED + b % LUM_LANES;
-            uint64_t block[WORDS] = {0}, drawn[WORDS] = {0}, any = 0;
+        for (uint32_t k = 0; k < N; k += LUM_DRAW_BLOCK) {
+            uint64_t block[WORDS] = {0}, drawn[WORDS] = {0};
             struct lum_vpl_sum whole, some;
-            for (uint32_t k = first; k < first + SHARED && k < N; k += LUM_LANES)
-                block[k / 64] |= f.all[k / 64] & UINT64_C(1) << k % 64;
-            for (uint32_t w = 0; w < WORDS; w++)
-                any |= drawn[w] = block[w] & bits[w];
+            block[k / 64] = f.all[k / 64] & UINT64_C(0xffffffff) << k % 64;
+            drawn[k / 64] = block[k / 64] & bits[k / 64];
             lum_vpl_sum_visible(&f.set, &at, block, NULL, 1.0f, 0.0f, 1, NULL, &whole);
             lum_vpl_sum_visible(&f.set, &at, drawn, NULL, 1.0f, step, 1, NULL, &some);
             float off = fabsf(some.irradiance.g - whole.irradiance.g), draw = step * LUM_INV_PI;
-            if (!(off <= draw * (1.0f + 0x1p-17f)))
-                fail_msg("place %u, block %u: off by %g draws", place, b, (double)(off / draw));
-            looked_at += any != 0;
+            if (!(off <= draw * (1.0f + 0x1p-18f)))
+                fail_msg("place %u, block %u: off by %g draws", place, k, (double)(off / draw));
+            looked_at += drawn[k / 64] != 0;
         }
     }
     assert_true(looked_at > 1000);
