@@ -36,10 +36,9 @@ uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver 
  * faces n or fewer, which are all drawn.
  *
  * Of each LUM_DRAW_BLOCK slots as many are drawn as their chances add up to, rounded down or up: systematic sampling.
- * Who it is hangs on the cell of space that the point is in, on the set's
- * seed, and on the others of the block alone. Drawn each by itself, the pictures of first frames had 10 % more SMAPE in
- * cornell, 6 in conference, 2.5 in sponza and office (three draws, 300 x 200); with blocks of 64 they are no better,
- * and what moves exchanges more. */
+ * Who it is hangs on the cell of space that the point is in, on the set's seed, and on the others of the block alone.
+ * Drawn each by itself, the pictures of first frames had 10 % more SMAPE in cornell, 6 in conference, 2.5 in sponza and
+ * office (three draws, 300 x 200); with blocks of 64 they are no better, and what moves exchanges more. */
 #define LUM_DRAW_BLOCK 32u
 float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at, float lift, uint32_t n,
                    uint32_t sky_every, uint64_t *ret_bits);
