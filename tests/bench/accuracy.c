@@ -202,7 +202,7 @@ static bool expose(struct rig *rig)
 
 static bool open_rig(struct rig *rig)
 {
-    if (!lum_bench_stand_open(&rig->at, (const uint32_t[]){600, 400}, (const uint32_t[]){96, 64}))
+    if (!lum_bench_stand_open(&rig->at, (const uint32_t[]){600, 400}, (const uint32_t[]){48, 32}))
         return false;
     snprintf(rig->scene.name, sizeof rig->scene.name, "%s", rig->at.place->scene);
     rig->scene.w = rig->at.settings.w;

@@ -423,8 +423,8 @@ int lum_bench_ais(const struct lum_bench_options *options)
     struct ais_study *study = lum_calloc(1, sizeof *study);
     if (!study)
         return fprintf(stderr, "lumend-bench: out of memory\n"), 1;
-    study->w = options->quick ? 120 : 600;
-    study->h = options->quick ? 80 : 400;
+    study->w = options->quick ? 60 : 600;
+    study->h = options->quick ? 40 : 400;
     lum_thread_init_fp();
     for (int m = 0; m < AIS_METHODS; m++)
         if (!lum_method_find(ais_methods[m]))

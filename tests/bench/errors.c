@@ -146,7 +146,7 @@ static bool make_reference(struct rig *rig, bool antialias, struct lum_bench_ref
 
 static bool open_rig(struct rig *rig)
 {
-    if (!lum_bench_stand_open(&rig->at, (const uint32_t[]){240, 160}, (const uint32_t[]){96, 64}))
+    if (!lum_bench_stand_open(&rig->at, (const uint32_t[]){240, 160}, (const uint32_t[]){48, 32}))
         return false;
     rig->at.settings.max_spp = LUM_LIMIT_SPP;
     rig->at.settings.error_share = SHARE;

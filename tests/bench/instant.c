@@ -273,8 +273,8 @@ static bool open_rig(struct rig *r, const struct lum_bench_options *options, con
     struct lum_error err = {0};
     struct lum_proto_error perr;
     *r = (struct rig){.options = options, .settings = lum_view_settings_default()};
-    r->settings.w = options->quick ? 120 : 600;
-    r->settings.h = options->quick ? 80 : 400;
+    r->settings.w = options->quick ? 60 : 600;
+    r->settings.h = options->quick ? 40 : 400;
     r->settings.antialias = false;
     r->settings.n_vpls = 256;
     r->settings.shadow_samples = 1;

@@ -284,8 +284,8 @@ int lum_bench_irrcache(const struct lum_bench_options *options)
     struct irr_study *study = lum_calloc(1, sizeof *study);
     if (!study)
         return fprintf(stderr, "lumend-bench: out of memory\n"), 1;
-    study->w = options->quick ? 120 : 600;
-    study->h = options->quick ? 80 : 400;
+    study->w = options->quick ? 60 : 600;
+    study->h = options->quick ? 40 : 400;
     study->accuracy = 0.3f;
     study->n_crews = options->quick ? 3 : IRR_CREWS;
     lum_thread_init_fp();

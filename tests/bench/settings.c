@@ -219,7 +219,7 @@ static bool measure_scene(void *of, void *table)
     struct rig *rig = of;
     lum_bench_progress("settings: %s: reference", rig->at.place->scene);
     bool ok =
-        lum_bench_stand_open(&rig->at, (const uint32_t[]){600, 400}, (const uint32_t[]){96, 64}) && make_reference(rig);
+        lum_bench_stand_open(&rig->at, (const uint32_t[]){600, 400}, (const uint32_t[]){48, 32}) && make_reference(rig);
     for (size_t m = 0; m < rig->at.n_methods && ok; m++)
         ok = measure_method(rig, rig->at.methods[m], table);
     return ok;

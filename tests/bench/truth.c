@@ -24,8 +24,8 @@ static bool open_rig(struct truth_rig *rig, const struct lum_bench_place *place)
     rig->settings = lum_view_settings_default();
     if (lum_apply_settings(lum_world_render(&rig->world), &rig->settings, &err) != LUM_OK)
         return lum_bench_failed(err.text);
-    rig->settings.w = rig->options->quick ? 120 : 600;
-    rig->settings.h = rig->options->quick ? 80 : 400;
+    rig->settings.w = rig->options->quick ? 60 : 600;
+    rig->settings.h = rig->options->quick ? 40 : 400;
     rig->settings.max_spp = LUM_LIMIT_SPP;
     lum_bench_machine(&rig->world, rig->study->machine, sizeof rig->study->machine);
     return lum_bench_place_camera(place, &rig->world, &rig->settings.camera);

@@ -131,8 +131,8 @@ static bool open_rig(struct rig *r, const struct lum_bench_options *options, con
     struct lum_error err = {0};
     struct lum_camera own;
     *r = (struct rig){.settings = lum_view_settings_default()};
-    r->settings.w = options->quick ? 150 : 600;
-    r->settings.h = options->quick ? 100 : 400;
+    r->settings.w = options->quick ? 60 : 600;
+    r->settings.h = options->quick ? 40 : 400;
     r->settings.antialias = false;
     r->settings.shadow_samples = 1;
     r->settings.max_spp = 1;

@@ -145,7 +145,7 @@ static bool look_at_tic_beside_igi(struct rig *rig, struct lum_bench_table *tabl
 
 static bool open_rig(struct rig *rig)
 {
-    if (!lum_bench_stand_open(&rig->at, (const uint32_t[]){300, 200}, (const uint32_t[]){96, 64}))
+    if (!lum_bench_stand_open(&rig->at, (const uint32_t[]){300, 200}, (const uint32_t[]){48, 32}))
         return false;
     rig->at.settings.n_vpls = VPLS;
     const size_t n = (size_t)rig->at.settings.w * rig->at.settings.h;

@@ -4,6 +4,7 @@
 #include "core/cache/kind.h"
 #include "core/interleave/interleave.h"
 #include "core/scene/shapes.h"
+#include "core/trace/stale.h"
 #include "tests/support/effort.h"
 #include "tests/support/rig.h"
 #include "tests/support/scene_fixture.h"
@@ -19,6 +20,7 @@ struct editor {
     /* Lights keep their power and stay on: virtual point lights are shared out by what lights emitted when they were
      * first seen to shine (vpl.h), which a new view does not know. */
     bool steady;
+    struct lum_versions pictured; /* what records depend on, at the last picture; but for fog */
     char done[512];
 };
 
@@ -248,7 +250,7 @@ static void interrupt(struct editor *e)
     }
 }
 
-/* Where a cache lasts, its records lie where earlier pictures wanted them, and a new view with a cache of its own
+/* Where a cache keeps records, they lie where earlier pictures wanted them, and a new view with a cache of its own
  * interpolates others: what the view keeps besides must not show all the same. That such records are right is told by
  * the tests of their kinds. */
 static void compare_with_forgetful_view(struct rig *r, const char *what)
@@ -260,13 +262,23 @@ static void compare_with_forgetful_view(struct rig *r, const char *what)
     lum_free(remembered);
 }
 
+/* One that does not last forgets all when the scene changes; an edit that puts there what is there changes nothing. */
+static bool cache_keeps_records(struct editor *e)
+{
+    const struct lum_cache_kind *cache = e->rig.settings.method->cache;
+    struct lum_versions now = lum_versions_seen(e->rig.snapshot, false);
+    bool same = lum_versions_equal(&now, &e->pictured);
+    e->pictured = now;
+    return cache && (cache->lasting || same);
+}
+
 static void compare_with_fresh_view(struct editor *e, const char *where)
 {
     struct rig *r = &e->rig;
     char what[640];
     snprintf(what, sizeof what, "%s, after%s", where, e->done);
     rig_pass(r);
-    if (r->settings.method->cache && r->settings.method->cache->lasting) {
+    if (cache_keeps_records(e)) {
         compare_with_forgetful_view(r, what);
         e->done[0] = 0;
         return;
