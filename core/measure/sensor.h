@@ -3,6 +3,7 @@
 #ifndef LUM_CORE_MEASURE_SENSOR_H
 #define LUM_CORE_MEASURE_SENSOR_H
 
+#include "core/measure/fisheye.h"
 #include "core/measure/meter.h"
 #include "core/measure/ugr.h"
 
@@ -60,8 +61,12 @@ struct lum_sensor_result {
     uint32_t n_covered, n_inside; /* left out (clearance.h); those that are too far count as covered */
     struct lum_amount mean, least, most, uniformity; /* lx; Uo = least / mean. Of an observer: the background, cd/m2 */
     uint32_t least_at;
-    struct lum_ugr ugr; /* of an observer; NAN: not known */
+    /* Of an observer; NAN: not known. */
+    struct lum_ugr ugr;
     struct lum_glare glare;
+    struct lum_amount eye; /* all light at the eye, lx */
+    struct lum_dgp dgp;
+    uint32_t n_bright; /* sources of it */
 };
 /* True when every point that counts has a value, and there is one. Amounts of none are NAN. */
 bool lum_sensor_result(const struct lum_sensor *sensor, struct lum_sensor_result *ret_result);

@@ -212,7 +212,7 @@ static const struct lum_field camera[] = {
 };
 
 static const struct lum_field sensor[] = {
-    CHOICE(sensor, kind, LUM_FIELD_REQUIRED, "point|line|grid|observer", "where it measures; observer: UGR, glare"),
+    CHOICE(sensor, kind, LUM_FIELD_REQUIRED, "point|line|grid|observer", "where it measures; observer: glare"),
     CHOICE(sensor, quantity, 0, "plane|cylindrical|semicylindrical", "point, line, grid: which illuminance"),
     VECTOR(sensor, position, LUM_FIELD_REQUIRED, -COORD, COORD, XYZ(0, 0, 0), "m",
            "the point; the middle of a line or grid; the eye"),
@@ -227,6 +227,7 @@ static const struct lum_field sensor[] = {
     OPT(sensor, target_lx, 1e-6, 1e9, 0, "lx", "mean that is wanted, at least", FOR("point|line|grid")),
     OPT(sensor, target_uo, 1e-6, 1, 0, "", "least over mean, at least", FOR("line|grid")),
     OPT(sensor, target_ugr, 1e-6, 100, 0, "", "at most", FOR("observer")),
+    OPT(sensor, target_dgp, 1e-6, 1, 0, "", "at most", FOR("observer")),
     TEXT(sensor, name, "for people"),
 };
 

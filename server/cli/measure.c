@@ -97,7 +97,7 @@ static bool place_grid(struct measuring *m, struct lum_proto_error *err)
         return false;
     one->desc.quantity = o->cylindrical ? LUM_METER_CYLINDER : LUM_METER_PLANE;
     one->desc.spacing_m = o->spacing_m;
-    one->targets = (struct lum_sensor_targets){o->target_lx, o->uniformity, 0.0};
+    one->targets = (struct lum_sensor_targets){.lx = o->target_lx, .uo = o->uniformity};
     return true;
 }
 

@@ -118,7 +118,7 @@ void lum_help_measure(const struct lum_help *h)
     lum_help_text(h,
         "usage: lumend measure --scene NAME|FILE [options]\n"
         "Prints what the sensors of the scene show (records of type sensor): illuminance, with its mean Em, least Emin\n"
-        "and uniformity Uo = Emin / Em, or UGR, each +/- its standard error. Where the scene has none, or an option says\n"
+        "and uniformity Uo = Emin / Em, or UGR and DGP, each +/- its standard error. Where the scene has none, or an option says\n"
         "where or what to measure, it is a grid of points over the floor. Light is path traced. Points inside furniture\n"
         "and walls, or with something less than 10 cm above, are left out, and said. Ends with 1 where a target is missed.\n");
     /* clang-format on */

@@ -81,6 +81,17 @@ static bool tell_target(const char *name, const struct lum_verdict *v, double ta
     return !v->asked || v->passes;
 }
 
+static void print_glare_by_day(const struct lum_sensor_result *r)
+{
+    if (isnan(r->dgp.dgp))
+        return;
+    printf("DGP   %.3f +/- %.2g, %s, of %u sources above %g cd/m2; %.4g lx +/- %.2g at the eye\n", r->dgp.dgp,
+           r->dgp.stderr_of, lum_dgp_band_names[lum_dgp_band_of(r->dgp.dgp)], r->n_bright, LUM_DGP_SOURCE_CD_M2,
+           r->eye.value, r->eye.stderr_of);
+    if (!(r->eye.value > LUM_DGP_MIN_LX))
+        printf("DGP is made for more than %g lx at the eye\n", LUM_DGP_MIN_LX);
+}
+
 static bool print_observer(const struct lum_measured *m)
 {
     const struct lum_sensor_result *r = &m->result;
@@ -96,8 +107,11 @@ static bool print_observer(const struct lum_measured *m)
     if (r->glare.n_small + r->glare.n_large > 0)
         printf("%u lamps look smaller than 0.0003 sr and %u larger than 0.1 sr: the formula is not made for them\n",
                r->glare.n_small, r->glare.n_large);
+    print_glare_by_day(r);
     struct lum_sensor_verdicts v = lum_sensor_judge(r, &m->targets);
-    return tell_target("UGR", &v.ugr, m->targets.ugr);
+    bool ugr = tell_target("UGR", &v.ugr, m->targets.ugr);
+    bool dgp = tell_target("DGP", &v.dgp, m->targets.dgp);
+    return ugr && dgp;
 }
 
 static bool print_amounts(const struct lum_measured *m)
@@ -154,25 +168,36 @@ static bool close_file(FILE *f, const char *path, bool ok, struct lum_proto_erro
     return ok || lum_proto_fail(err, LUM_PROTO_APPLICATION, "io", "", "cannot write %.150s: %s", path, strerror(errno));
 }
 
-/* A point that is left out has no value. An observer is one row, with its UGR in place of lux. */
+static bool write_value(FILE *f, double value, double error)
+{
+    return (isfinite(value) ? fprintf(f, "%.6g,%.3g\n", value, error) : fputs(",\n", f)) >= 0;
+}
+
+static bool write_place(FILE *f, const struct lum_measured *m, const char *quantity, uint32_t i)
+{
+    struct lum_vec3d p = lum_sensor_point(m->sensor, i);
+    return (!m->id || fprintf(f, "%s,%s,", m->id, quantity) > 0) && fprintf(f, "%.6g,%.6g,%.6g,", p.x, p.y, p.z) > 0;
+}
+
+/* An observer has a row of UGR and one of DGP. */
+static bool write_glare(FILE *f, const struct lum_measured *m)
+{
+    return write_place(f, m, "ugr", 0) && write_value(f, m->result.ugr.ugr, m->result.ugr.stderr_of) &&
+           write_place(f, m, "dgp", 0) && write_value(f, m->result.dgp.dgp, m->result.dgp.stderr_of);
+}
+
+/* A point that is left out has no value. */
 static bool write_rows(FILE *f, const struct lum_measured *m)
 {
     uint32_t nu, nv;
     bool ok = true;
+    if (m->desc.kind == LUM_SENSOR_OBSERVER)
+        return write_glare(f, m);
     lum_sensor_size(m->sensor, &nu, &nv);
     for (uint32_t i = 0; ok && i < nu * nv; i++) {
-        struct lum_vec3d p = lum_sensor_point(m->sensor, i);
         struct lum_meter_reading r = lum_sensor_reading(m->sensor, i);
-        if (m->id)
-            ok = fprintf(f, "%s,%s,", m->id,
-                         m->desc.kind == LUM_SENSOR_OBSERVER ? "ugr" : lum_sensor_quantity_names[m->desc.quantity]) > 0;
-        ok = ok && fprintf(f, "%.6g,%.6g,%.6g,", p.x, p.y, p.z) > 0;
-        if (m->desc.kind == LUM_SENSOR_OBSERVER)
-            r = (struct lum_meter_reading){LUM_CLEARANCE_FREE, m->result.ugr.ugr, m->result.ugr.stderr_of};
-        if (lum_sensor_left_out(r.clearance) || !isfinite(r.lx))
-            ok = ok && fputs(",\n", f) >= 0;
-        else
-            ok = ok && fprintf(f, "%.6g,%.3g\n", r.lx, r.stderr_lx) > 0;
+        ok = write_place(f, m, lum_sensor_quantity_names[m->desc.quantity], i) &&
+             write_value(f, lum_sensor_left_out(r.clearance) ? (double)NAN : r.lx, r.stderr_lx);
     }
     return ok;
 }

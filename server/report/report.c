@@ -73,6 +73,24 @@ static void put_target(FILE *f, const char *what, double target, const struct lu
             v->passes ? "met" : "missed", v->sure ? "" : " (within noise)");
 }
 
+static bool has_dgp(const struct lum_measured *m)
+{
+    return m->desc.kind == LUM_SENSOR_OBSERVER && isfinite(m->result.dgp.dgp);
+}
+
+/* Too little light at the eye for DGP's formula. */
+static bool is_dim(const struct lum_measured *m)
+{
+    return has_dgp(m) && !(m->result.eye.value > LUM_DGP_MIN_LX);
+}
+
+/* How DGP's number is called; with an asterisk where the formula is not made for it. */
+static void put_band(FILE *f, const struct lum_measured *m)
+{
+    if (has_dgp(m))
+        fprintf(f, "%s<br>%s", is_dim(m) ? "*" : "", lum_dgp_band_names[lum_dgp_band_of(m->result.dgp.dgp)]);
+}
+
 static void put_summary_row(FILE *f, const struct lum_measured *m)
 {
     const struct lum_sensor_result *r = &m->result;
@@ -85,23 +103,32 @@ static void put_summary_row(FILE *f, const struct lum_measured *m)
     put_amount(f, many, r->least, 4);
     put_amount(f, many, r->uniformity, 3);
     put_amount(f, is_eye, (struct lum_amount){r->ugr.ugr, r->ugr.stderr_of}, 3);
+    put_amount(f, is_eye, (struct lum_amount){r->dgp.dgp, r->dgp.stderr_of}, 3);
+    put_band(f, m);
     fputs("<td>", f);
     put_target(f, "E<sub>m</sub>", m->targets.lx, &v.lx, "&ge;");
     put_target(f, "U<sub>o</sub>", m->targets.uo, &v.uo, "&ge;");
     put_target(f, "UGR", m->targets.ugr, &v.ugr, "&le;");
+    put_target(f, "DGP", m->targets.dgp, &v.dgp, "&le;");
     fputs("</tr>\n", f);
 }
 
 static void put_summary(FILE *f, const struct lum_report *p)
 {
     fputs("<h2>Results</h2>\n<table>\n<tr><th>sensor<th>illuminance<th class=\"n\">E<sub>m</sub>, lx<th class=\"n\">"
-          "E<sub>min</sub>, lx<th class=\"n\">U<sub>o</sub><th class=\"n\">UGR<th>wanted</tr>\n",
+          "E<sub>min</sub>, lx<th class=\"n\">U<sub>o</sub><th class=\"n\">UGR<th class=\"n\">DGP<th>wanted</tr>\n",
           f);
     for (size_t i = 0; i < p->n; i++)
         put_summary_row(f, &p->measured[i]);
     fputs("</table>\n<p>Each value &plusmn; its standard error. E<sub>m</sub>: mean; E<sub>min</sub>: least; "
-          "U<sub>o</sub> = E<sub>min</sub> / E<sub>m</sub>; UGR by formula (CIE 117).</p>\n",
+          "U<sub>o</sub> = E<sub>min</sub> / E<sub>m</sub>; UGR by formula (CIE 117); DGP: daylight glare probability, "
+          "up to 0.35 imperceptible, to 0.40 perceptible, to 0.45 disturbing, beyond intolerable.</p>\n",
           f);
+    bool any_dim = false;
+    for (size_t i = 0; i < p->n; i++)
+        any_dim = any_dim || is_dim(&p->measured[i]);
+    if (any_dim)
+        fprintf(f, "<p>* DGP is made for more than %g lx at the eye, and there is less.</p>\n", LUM_DGP_MIN_LX);
 }
 
 /* ---- pictures ---- */

@@ -21,6 +21,13 @@ const char *const lum_sensor_quantity_names[] = {
     [LUM_METER_EYE] = NULL,
 };
 
+const char *const lum_dgp_band_names[] = {
+    [LUM_DGP_IMPERCEPTIBLE] = "imperceptible",
+    [LUM_DGP_PERCEPTIBLE] = "perceptible",
+    [LUM_DGP_DISTURBING] = "disturbing",
+    [LUM_DGP_INTOLERABLE] = "intolerable",
+};
+
 const char *lum_sensor_quantity_of(const struct lum_sensor_desc *d)
 {
     if (d->quantity != LUM_METER_PLANE)
@@ -80,9 +87,9 @@ struct lum_sensor_desc lum_sensor_desc_of(const struct lum_record *r)
 struct lum_sensor_targets lum_sensor_targets_of(const struct lum_record *r)
 {
     const struct lum_record_sensor *s = &r->sensor;
-    return (struct lum_sensor_targets){s->target_lx.set ? s->target_lx.value : 0.0,
-                                       s->target_uo.set ? s->target_uo.value : 0.0,
-                                       s->target_ugr.set ? s->target_ugr.value : 0.0};
+    return (struct lum_sensor_targets){
+        s->target_lx.set ? s->target_lx.value : 0.0, s->target_uo.set ? s->target_uo.value : 0.0,
+        s->target_ugr.set ? s->target_ugr.value : 0.0, s->target_dgp.set ? s->target_dgp.value : 0.0};
 }
 
 /* ---- targets ---- */
@@ -99,7 +106,8 @@ static struct lum_verdict judge(const struct lum_amount *is, double target, bool
 struct lum_sensor_verdicts lum_sensor_judge(const struct lum_sensor_result *r, const struct lum_sensor_targets *t)
 {
     return (struct lum_sensor_verdicts){judge(&r->mean, t->lx, false), judge(&r->uniformity, t->uo, false),
-                                        judge(&(struct lum_amount){r->ugr.ugr, r->ugr.stderr_of}, t->ugr, true)};
+                                        judge(&(struct lum_amount){r->ugr.ugr, r->ugr.stderr_of}, t->ugr, true),
+                                        judge(&(struct lum_amount){r->dgp.dgp, r->dgp.stderr_of}, t->dgp, true)};
 }
 
 /* ---- JSON ---- */
@@ -124,7 +132,7 @@ static bool add_verdicts(cJSON *to, const struct lum_sensor_result *r, const str
 {
     struct lum_sensor_verdicts v = lum_sensor_judge(r, t);
     cJSON *o = cJSON_CreateObject();
-    bool ok = observer ? add_verdict(o, "ugr", &v.ugr, t->ugr)
+    bool ok = observer ? add_verdict(o, "ugr", &v.ugr, t->ugr) && add_verdict(o, "dgp", &v.dgp, t->dgp)
                        : add_verdict(o, "em", &v.lx, t->lx) && add_verdict(o, "uo", &v.uo, t->uo);
     return lum_json_add(to, "targets", o) && ok;
 }
@@ -138,6 +146,16 @@ static bool add_glare(cJSON *o, const struct lum_sensor_result *r)
            lum_json_add_number(o, "lamps_without_extent", r->glare.n_points);
 }
 
+static bool add_glare_by_day(cJSON *o, const struct lum_sensor_result *r)
+{
+    bool known = !isnan(r->dgp.dgp);
+    return lum_json_add_number(o, "dgp", r->dgp.dgp) && lum_json_add_number(o, "dgp_stderr", r->dgp.stderr_of) &&
+           add_amount(o, "eye_lx", "eye_stderr_lx", &r->eye) &&
+           (!known || (lum_json_add_string(o, "dgp_band", lum_dgp_band_names[lum_dgp_band_of(r->dgp.dgp)]) &&
+                       lum_json_add_number(o, "dgp_sources", r->n_bright) &&
+                       lum_json_add_bool(o, "dgp_in_range", r->eye.value > LUM_DGP_MIN_LX)));
+}
+
 bool lum_sensor_add_result(cJSON *o, const struct lum_sensor_desc *desc, const struct lum_sensor *sensor,
                            const struct lum_sensor_result *r, const struct lum_sensor_targets *targets)
 {
@@ -145,7 +163,7 @@ bool lum_sensor_add_result(cJSON *o, const struct lum_sensor_desc *desc, const s
     if (!lum_json_add_string(o, "kind", lum_sensor_kind_names[desc->kind]))
         return false;
     if (observer)
-        return add_glare(o, r) && add_verdicts(o, r, targets, true);
+        return add_glare(o, r) && add_glare_by_day(o, r) && add_verdicts(o, r, targets, true);
     uint32_t nu, nv;
     lum_sensor_size(sensor, &nu, &nv);
     return lum_json_add_string(o, "quantity", lum_sensor_quantity_names[desc->quantity]) &&

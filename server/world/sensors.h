@@ -9,7 +9,7 @@ struct cJSON;
 
 /* What is wanted of a sensor; 0: nothing. */
 struct lum_sensor_targets {
-    double lx, uo, ugr;
+    double lx, uo, ugr, dgp;
 };
 
 struct lum_verdict {
@@ -17,7 +17,7 @@ struct lum_verdict {
     bool sure; /* two standard errors are between value and target */
 };
 struct lum_sensor_verdicts {
-    struct lum_verdict lx, uo, ugr;
+    struct lum_verdict lx, uo, ugr, dgp;
 };
 struct lum_sensor_verdicts lum_sensor_judge(const struct lum_sensor_result *result,
                                             const struct lum_sensor_targets *targets);
@@ -31,6 +31,9 @@ extern const char *const lum_sensor_kind_names[]; /* by enum lum_sensor_kind */
 extern const char *const lum_sensor_quantity_names[];
 /* The same as people say it: of a plane "horizontal", "vertical", or "plane". */
 const char *lum_sensor_quantity_of(const struct lum_sensor_desc *desc);
+
+/* By enum lum_dgp_band. */
+extern const char *const lum_dgp_band_names[];
 
 /* Adds what a result says to the object; memory short: false. */
 bool lum_sensor_add_result(struct cJSON *to, const struct lum_sensor_desc *desc, const struct lum_sensor *sensor,

@@ -206,7 +206,9 @@ static void sensors_of_the_scene_are_measured(void **state)
     assert_int_equal(cli_member(b, "lamps_without_extent")->valueint, 1);
     assert_true(cJSON_IsNull(cli_member(b, "ugr"))); /* nothing glares */
     assert_true(strncmp(csv, "sensor,quantity,x_m,y_m,z_m,value,stderr\na,plane,-1.5,0.75,-1,", 62) == 0);
-    assert_non_null(strstr(csv, "\nb,ugr,1,1.2,1,,\n"));
+    assert_non_null(strstr(csv, "\nb,ugr,1,1.2,1,,\nb,dgp,1,1.2,1,0."));
+    assert_string_equal(cli_member(b, "dgp_band")->valuestring, "imperceptible");
+    assert_true(cJSON_IsFalse(cli_member(b, "dgp_in_range")));
     assert_int_equal(cli_run(lum_cmd_measure, "measure --scene @sensors.jsonl --spacing 1 --target 1000"),
                      LUM_EXIT_FAILED);
     cJSON_Delete(alike);
@@ -257,6 +259,46 @@ static void a_page_has_it_all(void **state)
     (void)cli_run(lum_cmd_measure, "measure --scene @page.jsonl --html @p.html --pictures 1 --error 0.5");
     page = cli_read_text(cli_in_dir("p.html"));
     assert_int_equal(count(page, "data:image/png"), 2);
+    free(page);
+}
+
+/* A black floor and a window's worth of sky: 1 x 1 m that shine with 8000 cd/m2, 2 m before the eye. DGP of the page,
+ * of JSON and of CSV is that of Ev and of L^2 w / p^2 by hand: w = 4 atan(0.25 / (2 sqrt(4.5))) = 0.2356, p within 1 of
+ * 1 to 1.7 over its 14 degrees to either side: the sum lies between those. */
+static void glare_by_day_is_told(void **state)
+{
+    (void)state;
+    cli_write_text(cli_in_dir("day.jsonl"),
+                   "{\"lumend\":1,\"kind\":\"scene\"}\n"
+                   "{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"sheet\",\"shape\":\"quad\",\"size\":[8,0,8]}\n"
+                   "{\"op\":\"add\",\"type\":\"material\",\"id\":\"black\",\"base_color\":[0,0,0],\"specular\":0}\n"
+                   "{\"op\":\"add\",\"type\":\"object\",\"id\":\"ground\",\"mesh\":\"sheet\",\"material\":\"black\"}\n"
+                   "{\"op\":\"add\",\"type\":\"light\",\"id\":\"window\",\"kind\":\"quad\",\"position\":[0,1.2,-2],"
+                   "\"u\":[1,0,0],\"v\":[0,1,0],\"luminance_cd_m2\":8000}\n"
+                   "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"eye\",\"kind\":\"observer\",\"position\":[0,1.2,0],"
+                   "\"target_dgp\":0.3}\n");
+    assert_int_equal(cli_run(lum_cmd_measure, "measure --scene @day.jsonl --json @d.json --csv @d.csv --html @d.html "
+                                              "--pictures 0"),
+                     LUM_EXIT_FAILED); /* the target is missed */
+    char *json = cli_read_text(cli_in_dir("d.json")), *csv = cli_read_text(cli_in_dir("d.csv")),
+         *page = cli_read_text(cli_in_dir("d.html"));
+    cJSON *o = lum_json_parse(json, strlen(json), NULL);
+    const cJSON *eye = cJSON_GetArrayItem(cli_member(o, "sensors"), 0),
+                *target = cli_member(cli_member(eye, "targets"), "dgp");
+    double lx = cli_member(eye, "eye_lx")->valuedouble, dgp = cli_member(eye, "dgp")->valuedouble,
+           most = 8000.0 * 8000.0 * 0.2356, per = pow(lx, -1.87), least = most / (1.7 * 1.7);
+    assert_true(dgp < 5.87e-5 * lx + 0.159 + 0.092 * log10(1.0 + most * per) + 1e-3);
+    assert_true(dgp > 5.87e-5 * lx + 0.159 + 0.092 * log10(1.0 + least * per) - 1e-3);
+    assert_string_equal(cli_member(eye, "dgp_band")->valuestring, "perceptible");
+    assert_int_equal(cli_member(eye, "dgp_sources")->valueint, 1);
+    assert_true(cJSON_IsTrue(cli_member(eye, "dgp_in_range")));
+    assert_true(cJSON_IsFalse(cli_member(target, "passes")) && cJSON_IsTrue(cli_member(target, "sure")));
+    assert_non_null(strstr(csv, "\neye,dgp,0,1.2,0,0.3"));
+    assert_non_null(strstr(page, "<br>perceptible<td>"));
+    assert_non_null(strstr(page, "DGP &le; 0.3: missed<"));
+    cJSON_Delete(o);
+    free(json);
+    free(csv);
     free(page);
 }
 
@@ -328,6 +370,7 @@ int main(void)
         cmocka_unit_test(a_table_has_each_point),
         cmocka_unit_test(points_inside_furniture_are_left_out),
         cmocka_unit_test(sensors_of_the_scene_are_measured),
+        cmocka_unit_test(glare_by_day_is_told),
         cmocka_unit_test(a_page_has_it_all),
         cmocka_unit_test(a_sensor_in_a_wall_keeps_no_other_from_its_value),
         cmocka_unit_test(what_cannot_be_measured_is_refused),

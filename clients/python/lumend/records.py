@@ -158,7 +158,7 @@ class Medium(TypedDict, total=False):
 
 
 class Sensor(TypedDict, total=False):
-    kind: Required[Literal["point", "line", "grid", "observer"]]  # where it measures; observer: UGR, glare
+    kind: Required[Literal["point", "line", "grid", "observer"]]  # where it measures; observer: glare
     quantity: Literal["plane", "cylindrical", "semicylindrical"]  # default plane; point, line, grid: which illuminance
     position: Required[Sequence[float]]  # 3 m; -1e9 to 1e9; the point; the middle of a line or grid; the eye
     u: Sequence[float]  # 3 m; -1e9 to 1e9; default 1 0 0; line, grid: full edge
@@ -169,6 +169,7 @@ class Sensor(TypedDict, total=False):
     target_lx: float | None  # lx; 1e-06 to 1e9; point, line, grid: mean that is wanted, at least
     target_uo: float | None  # 1e-06 to 1; line, grid: least over mean, at least
     target_ugr: float | None  # 1e-06 to 100; observer: at most
+    target_dgp: float | None  # 1e-06 to 1; observer: at most
     name: str | None  # for people
 
 

@@ -1,9 +1,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { JsonObject } from '../protocol/rpc';
+import type { CameraPose } from '../protocol/types';
 import type { Edits } from './edits';
 import { SceneMirror } from './scene';
-import { apart, judge, pointAt, pointsInWords, readingOf, Sensors, stateOf, verdict } from './sensors';
+import { apart, daylightInWords, judge, pointAt, pointsInWords, readingOf, Sensors, stateOf, verdict } from './sensors';
 
 const TOLD: JsonObject = {
     id: 'desks', scene_rev: 7, settled: false, kind: 'grid', nu: 3, nv: 2, left_out: 1,
@@ -18,7 +19,8 @@ function made(calls: [string, JsonObject][], answers: Record<string, JsonObject>
         calls.push([method, params]);
         return Promise.resolve(answers[method] ?? {});
     };
-    const sensors = new Sensors({ scene, edits, call, onError: (e) => assert.fail(e.message) });
+    const pose = () => ({ position: [1, 2, 3], target: [1, 2, 1], up: [0, 1, 0], vfov_deg: 60 }) as CameraPose;
+    const sensors = new Sensors({ scene, edits, pose, call, onError: (e) => assert.fail(e.message) });
     return { scene, sensors };
 }
 
@@ -30,6 +32,20 @@ test('what is told of a sensor', () => {
     assert.equal(r.leftOut, 1);
     assert.equal(verdict(r.targets.em!), 'meets 500, as far as is known');
     assert.equal(verdict({ target: 19, passes: false, sure: true }), 'misses 19');
+});
+
+test('an observer stands where the view is, and is glared by lamps and by day', async () => {
+    const calls: [string, JsonObject][] = [];
+    const { scene, sensors } = made(calls, {});
+    scene.load([], 1);
+    await sensors.addObserver();
+    const [, { ops }] = calls.pop()!;
+    assert.deepEqual(ops, [{ op: 'add', type: 'sensor', id: 'observer', kind: 'observer', position: [1, 2, 3], direction: [0, 0, -2], target_ugr: 19 }]);
+    const r = readingOf({ kind: 'observer', dgp: 0.42, dgp_stderr: 0.002, dgp_band: 'disturbing', dgp_in_range: true, targets: { dgp: { target: 0.4, passes: false, sure: true } } });
+    assert.deepEqual(r.dgp, { value: 0.42, stderr: 0.002 });
+    assert.equal(daylightInWords(r), 'Glare by day: disturbing');
+    assert.equal(verdict(r.targets.dgp!), 'misses 0.4');
+    assert.match(daylightInWords({ dgpBand: 'imperceptible', dgpInRange: false }), /380 lx/);
 });
 
 test('sensors are watched where there are some, and anew on a new connection', () => {

@@ -2,8 +2,8 @@
 import { effect, signal } from '@preact/signals';
 import { newId } from '../lib/ids';
 import { isObject, type Json, type JsonObject } from '../protocol/rpc';
-import { add, scale, type Vec3 } from '../lib/vec';
-import { numberOr, stringOr, vec3Or, type Op, type SceneRecord } from '../protocol/types';
+import { add, scale, sub, type Vec3 } from '../lib/vec';
+import { numberOr, stringOr, vec3Or, type CameraPose, type Op, type SceneRecord } from '../protocol/types';
 import type { Edits } from './edits';
 import type { SceneMirror } from './scene';
 
@@ -33,13 +33,21 @@ export interface SensorReading {
     emin: Value | null;
     uo: Value | null;
     ugr: Value | null;
-    targets: Partial<Record<'em' | 'uo' | 'ugr', Target>>;
+    /** Null: not known yet. */
+    dgp: Value | null;
+    /** How people are glared by day: "imperceptible" and so on. */
+    dgpBand: string;
+    /** There is as much light at the eye as the formula of DGP is made for. */
+    dgpInRange: boolean;
+    targets: Partial<Record<'em' | 'uo' | 'ugr' | 'dgp', Target>>;
 }
 
 /** The server measures within the time of frames, and no sensor at all while nobody asks. */
 export interface SensorsHost {
     scene: SceneMirror;
     edits: Edits;
+    /** Of the view. */
+    pose(): CameraPose;
     call(method: string, params: JsonObject): Promise<JsonObject>;
     onError(error: Error): void;
 }
@@ -90,11 +98,24 @@ export class Sensors {
         }
     }
 
+    /** Who looks as the view does: an eye where its camera is. */
+    async addObserver(): Promise<void> {
+        const { scene, edits, pose, onError } = this.host;
+        const { position, target } = pose();
+        const id = newId('observer', (taken) => scene.peek(taken) !== undefined);
+        try {
+            const direction = sub(target, position);
+            await edits.transaction([{ op: 'add', type: 'sensor', id, kind: 'observer', position: [...position], direction: [...direction], target_ugr: 19 }]);
+        } catch (error) {
+            onError(error as Error);
+        }
+    }
+
     remove(id: string): void {
         void this.host.edits.transaction([{ op: 'remove', id }]);
     }
 
-    /** All points that count, and the UGR of observers, as a file of comma separated values: that of `lumend measure --csv`. */
+    /** All points that count, and the glare of observers, as a file of comma separated values: that of `lumend measure --csv`. */
     async csv(): Promise<string> {
         const lines = ['sensor,quantity,x_m,y_m,z_m,value,stderr'];
         for (const id of this.host.scene.list('sensor').peek()) {
@@ -102,7 +123,7 @@ export class Sensors {
             const add = (quantity: string, at: unknown, value: unknown, error: Json | undefined): void => {
                 if (typeof value === 'number') lines.push([id, quantity, ...(Array.isArray(at) ? at : []), value, numberOr(error, NaN)].join(','));
             };
-            add('ugr', this.host.scene.peek(id)?.position, told.ugr, told.ugr_stderr);
+            for (const name of ['ugr', 'dgp']) add(name, this.host.scene.peek(id)?.position, told[name], told[`${name}_stderr`]);
             for (const p of Array.isArray(told.points) ? told.points.filter(isObject) : [])
                 add(stringOr(told.quantity, ''), p.point, p.lx, p.stderr_lx);
         }
@@ -127,7 +148,7 @@ function valueOf(sensor: JsonObject, name: string, error: string): Value | null 
 export function readingOf(sensor: JsonObject): SensorReading {
     const targets: SensorReading['targets'] = {};
     const told = isObject(sensor.targets) ? sensor.targets : {};
-    for (const name of ['em', 'uo', 'ugr'] as const) {
+    for (const name of ['em', 'uo', 'ugr', 'dgp'] as const) {
         const t: Json | undefined = told[name];
         if (isObject(t)) targets[name] = { target: numberOr(t.target, NaN), passes: t.passes === true, sure: t.sure === true };
     }
@@ -144,6 +165,9 @@ export function readingOf(sensor: JsonObject): SensorReading {
         emin: valueOf(sensor, 'emin_lx', 'emin_stderr_lx'),
         uo: valueOf(sensor, 'uo', 'uo_stderr'),
         ugr: valueOf(sensor, 'ugr', 'ugr_stderr'),
+        dgp: valueOf(sensor, 'dgp', 'dgp_stderr'),
+        dgpBand: stringOr(sensor.dgp_band, ''),
+        dgpInRange: sensor.dgp_in_range !== false,
         targets,
     };
 }
@@ -160,6 +184,11 @@ export function stateOf(reading: SensorReading | undefined, current: boolean): s
 /** In words, for who sees no colours and who sees nothing: "meets 500", "misses 500, as far as is known". */
 export function verdict(t: Target): string {
     return `${t.passes ? 'meets' : 'misses'} ${t.target}${t.sure ? '' : ', as far as is known'}`;
+}
+
+/** What glare by day feels like. */
+export function daylightInWords({ dgpBand, dgpInRange }: Pick<SensorReading, 'dgpBand' | 'dgpInRange'>): string {
+    return `Glare by day: ${dgpBand}${dgpInRange ? '' : '; DGP is made for more than 380 lx at the eye'}`;
 }
 
 /** Where point number i lies: in the middles of equal cells, row by row along u. */

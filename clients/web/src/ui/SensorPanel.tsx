@@ -1,7 +1,7 @@
 import { fixed, number, toError } from '../lib/format';
 import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
 import { NOT_TO_MEASURE } from '../state/role';
-import { pointsInWords, stateOf, verdict, type SensorReading, type Target, type Value } from '../state/sensors';
+import { daylightInWords, pointsInWords, stateOf, verdict, type SensorReading, type Target, type Value } from '../state/sensors';
 import { useApp } from './context';
 import { Editing } from './Editing';
 import { Icon } from './Icon';
@@ -16,7 +16,16 @@ export function SensorPanel() {
             <header class="section-head">
                 <h2 id="sensors-title">Measure</h2>
                 <Editing>
-                    <button type="button" class="toggle at-end" aria-label="Add work plane" onClick={() => void app.sensors.addWorkPlane()}>
+                    <button
+                        type="button"
+                        class="toggle at-end"
+                        aria-label="Add observer"
+                        title="Who stands where the view is, and looks as it does: UGR, and DGP by day"
+                        onClick={() => void app.sensors.addObserver()}
+                    >
+                        Observer
+                    </button>
+                    <button type="button" class="toggle" aria-label="Add work plane" onClick={() => void app.sensors.addWorkPlane()}>
                         {ids.length > 0 ? 'Add' : 'Add work plane'}
                     </button>
                 </Editing>
@@ -85,8 +94,10 @@ function Sensor({ id }: { id: string }) {
                     {reading.points > 1 && <Row name="Least" value={reading.emin} unit="lx" />}
                     {reading.points > 1 && <Row name="Uniformity" value={reading.uo} unit="" target={reading.targets.uo} />}
                     {reading.kind === 'observer' && <Row name="UGR" value={reading.ugr} unit="" target={reading.targets.ugr} />}
+                    {reading.kind === 'observer' && <Row name="DGP" value={reading.dgp} unit="" target={reading.targets.dgp} />}
                 </dl>
             )}
+            {reading?.dgp && <p class="hint">{daylightInWords(reading)}</p>}
             {reading && <Points record={record} reading={reading} />}
             <Editing>
                 <Wanted record={record} />
@@ -132,6 +143,7 @@ function Wanted({ record }: { record: SceneRecord }) {
         return (
             <div class="fields">
                 <NumberField label="UGR wanted, at most" unit="" min={0} max={100} value={numberOr(record.target_ugr, 0)} onCommit={(v) => set('/target_ugr', v)} />
+                <NumberField label="DGP wanted, at most" unit="" min={0} max={1} value={numberOr(record.target_dgp, 0)} onCommit={(v) => set('/target_dgp', v)} />
             </div>
         );
     return (
