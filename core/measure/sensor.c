@@ -74,16 +74,18 @@ struct lum_vec3d lum_sensor_point(const struct lum_sensor *s, uint32_t i)
 static enum lum_status create_meter(struct lum_sensor *s, struct lum_error *err)
 {
     const struct lum_sensor_desc *d = &s->desc;
-    uint32_t n = s->nu * s->nv;
+    uint32_t n_points = s->nu * s->nv, n = s->desc.modelling ? 2 * n_points : n_points;
     struct lum_meter_place *places = lum_calloc(n, sizeof *places);
     if (!places)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for %u points", n);
     bool eye = d->kind == LUM_SENSOR_OBSERVER;
     for (uint32_t i = 0; i < n; i++)
-        places[i] = (struct lum_meter_place){.point_world = lum_sensor_point(s, i),
+        places[i] = (struct lum_meter_place){.point_world = lum_sensor_point(s, i % n_points),
                                              .normal = eye ? d->facing : d->normal,
                                              .facing = d->facing,
-                                             .kind = eye ? LUM_METER_EYE : d->quantity};
+                                             .kind = eye             ? LUM_METER_EYE
+                                                     : i >= n_points ? LUM_METER_CYLINDER
+                                                                     : d->quantity};
     enum lum_status st = lum_meter_create(places, n, d->seed, &s->meter, err);
     lum_free(places);
     return st;
@@ -146,6 +148,11 @@ void lum_sensor_size(const struct lum_sensor *s, uint32_t *ret_nu, uint32_t *ret
 struct lum_meter_reading lum_sensor_reading(const struct lum_sensor *s, uint32_t i)
 {
     return lum_meter_read(s->meter, i);
+}
+
+struct lum_meter_reading lum_sensor_cylindrical(const struct lum_sensor *s, uint32_t i)
+{
+    return lum_meter_read(s->meter, s->nu * s->nv + i);
 }
 
 uint64_t lum_sensor_samples(const struct lum_sensor *s)
@@ -264,6 +271,30 @@ static void count_in(struct lum_sensor_result *r, uint32_t i, const struct lum_m
         r->most = (struct lum_amount){at->lx, at->stderr_lx};
 }
 
+/* Ez over E, both means: their noise is independent. False: some of Ez is not known. */
+static bool add_modelling(const struct lum_sensor *s, struct lum_sensor_result *r)
+{
+    struct lum_amount ez = {0};
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < r->n; i++) {
+        struct lum_meter_reading at = lum_sensor_cylindrical(s, i);
+        if (at.clearance != LUM_CLEARANCE_FREE || !(at.stderr_lx >= 0.0))
+            continue;
+        ez.value += at.lx;
+        ez.stderr_of += at.stderr_lx * at.stderr_lx;
+        n++;
+    }
+    if (n == 0 || n < r->n_known)
+        return false;
+    r->cylindrical = (struct lum_amount){ez.value / n, sqrt(ez.stderr_of) / n};
+    if (r->mean.value > 0.0) {
+        r->modelling.value = r->cylindrical.value / r->mean.value;
+        r->modelling.stderr_of =
+            hypot(r->cylindrical.stderr_of, r->modelling.value * r->mean.stderr_of) / r->mean.value;
+    }
+    return true;
+}
+
 /* The points' noise is independent. That of the least one is taken for Emin's: among points that are alike the least is
  * the one that noise made least, so that Emin and Uo are low by up to about two of them. */
 bool lum_sensor_result(const struct lum_sensor *s, struct lum_sensor_result *ret)
@@ -287,6 +318,9 @@ bool lum_sensor_result(const struct lum_sensor *s, struct lum_sensor_result *ret
             r.uniformity.stderr_of = hypot(r.least.stderr_of, r.uniformity.value * r.mean.stderr_of) / r.mean.value;
         }
     }
+    r.cylindrical = r.modelling = (struct lum_amount){none, none};
+    if (s->desc.modelling)
+        whole = add_modelling(s, &r) && whole;
     if (s->desc.kind == LUM_SENSOR_OBSERVER) {
         const double pi = 3.14159265358979323846;
         r.mean = (struct lum_amount){r.mean.value / pi, r.mean.stderr_of / pi};

@@ -143,7 +143,7 @@ static void count_in(struct lum_glare *glare, const struct lum_light *l, const s
 {
     bool from_afar = lum_light_is_from_afar(l);
     glare->direct_lx += seen->lx.value;
-    glare->n_points += l->delta && !from_afar;
+    glare->n_points += l->delta && (!from_afar || seen->lx.value > 0.0);
     if (!(seen->solid_angle > 0.0))
         return;
     v->lx += seen->lx.value * seen->lx.value * relative_variance(&seen->lx, seen->n);

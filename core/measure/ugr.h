@@ -28,7 +28,8 @@ double lum_position_index(struct lum_vec3 sight, struct lum_vec3 up, struct lum_
 struct lum_glare {
     double sum, sum_stderr;    /* of L^2 w / p^2, cd^2/m4 */
     uint32_t n_sources;        /* luminaires that are seen */
-    uint32_t n_points;         /* lamps that are on and have no extent: they have no luminance, and are left out */
+    uint32_t n_points;         /* lamps that are on and have no extent, and parallel light that the eye gets: they have
+                                * no luminance, and are left out */
     uint32_t n_small, n_large; /* of the sources: below 0.0003 sr and above 0.1 sr, which the formula is not for */
     double direct_lx, direct_stderr; /* straight from all lamps and the sun, at the eye */
     struct lum_bright bright;        /* of these, those that glare by day, each place with its own p */

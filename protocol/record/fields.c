@@ -213,7 +213,7 @@ static const struct lum_field camera[] = {
 
 static const struct lum_field sensor[] = {
     CHOICE(sensor, kind, LUM_FIELD_REQUIRED, "point|line|grid|observer", "where it measures; observer: glare"),
-    CHOICE(sensor, quantity, 0, "plane|cylindrical|semicylindrical", "point, line, grid: which illuminance"),
+    CHOICE(sensor, quantity, 0, "plane|cylindrical|semicylindrical|modelling", "point, line, grid: which illuminance"),
     VECTOR(sensor, position, LUM_FIELD_REQUIRED, -COORD, COORD, XYZ(0, 0, 0), "m",
            "the point; the middle of a line or grid; the eye"),
     VECTOR(sensor, u, 0, -COORD, COORD, XYZ(1, 0, 0), "m", "full edge", FOR("line|grid")),

@@ -96,6 +96,7 @@ static bool place_grid(struct measuring *m, struct lum_proto_error *err)
     if (!lum_work_plane_place(&m->world, &plane, &one->desc, err))
         return false;
     one->desc.quantity = o->cylindrical ? LUM_METER_CYLINDER : LUM_METER_PLANE;
+    one->desc.modelling = o->modelling;
     one->desc.spacing_m = o->spacing_m;
     one->targets = (struct lum_sensor_targets){.lx = o->target_lx, .uo = o->uniformity};
     return true;

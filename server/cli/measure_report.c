@@ -128,6 +128,10 @@ static bool print_amounts(const struct lum_measured *m)
         printf("Emax  %.4g lx +/- %.2g\n", r->most.value, r->most.stderr_of);
         printf("Uo    %.3f +/- %.2g (Emin / Em)\n", r->uniformity.value, r->uniformity.stderr_of);
     }
+    if (m->desc.modelling)
+        printf("Ez    %.4g lx +/- %.2g\nEz/E  %.3f +/- %.2g, modelling: %s %.2f to %.2f, which EN 12464-1 recommends\n",
+               r->cylindrical.value, r->cylindrical.stderr_of, r->modelling.value, r->modelling.stderr_of,
+               lum_modelling_in_range(r) ? "within" : "not within", LUM_MODELLING_LEAST, LUM_MODELLING_MOST);
     struct lum_sensor_verdicts v = lum_sensor_judge(r, &m->targets);
     bool lx = tell_target("Em", &v.lx, m->targets.lx);
     bool uo = tell_target("Uo", &v.uo, m->targets.uo);
@@ -176,7 +180,9 @@ static bool write_value(FILE *f, double value, double error)
 static bool write_place(FILE *f, const struct lum_measured *m, const char *quantity, uint32_t i)
 {
     struct lum_vec3d p = lum_sensor_point(m->sensor, i);
-    return (!m->id || fprintf(f, "%s,%s,", m->id, quantity) > 0) && fprintf(f, "%.6g,%.6g,%.6g,", p.x, p.y, p.z) > 0;
+    return (!m->id || fprintf(f, "%s,", m->id) > 0) &&
+           (!(m->id || m->desc.modelling) || fprintf(f, "%s,", quantity) > 0) &&
+           fprintf(f, "%.6g,%.6g,%.6g,", p.x, p.y, p.z) > 0;
 }
 
 /* An observer has a row of UGR and one of DGP. */
@@ -186,7 +192,15 @@ static bool write_glare(FILE *f, const struct lum_measured *m)
            write_place(f, m, "dgp", 0) && write_value(f, m->result.dgp.dgp, m->result.dgp.stderr_of);
 }
 
-/* A point that is left out has no value. */
+/* One that is left out has no value. */
+static bool write_point(FILE *f, const struct lum_measured *m, enum lum_meter_kind quantity, uint32_t i,
+                        struct lum_meter_reading r)
+{
+    return write_place(f, m, lum_sensor_quantity_names[quantity], i) &&
+           write_value(f, lum_sensor_left_out(r.clearance) ? (double)NAN : r.lx, r.stderr_lx);
+}
+
+/* With modelling the points come twice: a row of a plane each, then of a cylinder each. */
 static bool write_rows(FILE *f, const struct lum_measured *m)
 {
     uint32_t nu, nv;
@@ -194,20 +208,20 @@ static bool write_rows(FILE *f, const struct lum_measured *m)
     if (m->desc.kind == LUM_SENSOR_OBSERVER)
         return write_glare(f, m);
     lum_sensor_size(m->sensor, &nu, &nv);
-    for (uint32_t i = 0; ok && i < nu * nv; i++) {
-        struct lum_meter_reading r = lum_sensor_reading(m->sensor, i);
-        ok = write_place(f, m, lum_sensor_quantity_names[m->desc.quantity], i) &&
-             write_value(f, lum_sensor_left_out(r.clearance) ? (double)NAN : r.lx, r.stderr_lx);
-    }
+    for (uint32_t i = 0; ok && i < nu * nv; i++)
+        ok = write_point(f, m, m->desc.quantity, i, lum_sensor_reading(m->sensor, i));
+    for (uint32_t i = 0; ok && m->desc.modelling && i < nu * nv; i++)
+        ok = write_point(f, m, LUM_METER_CYLINDER, i, lum_sensor_cylindrical(m->sensor, i));
     return ok;
 }
 
 bool lum_measure_write_csv(const char *path, const struct lum_measured *measured, size_t n, struct lum_proto_error *err)
 {
     FILE *f = fopen(path, "wb");
-    bool ok = f && fputs(n > 0 && measured[0].id ? "sensor,quantity,x_m,y_m,z_m,value,stderr\n"
-                                                 : "x_m,y_m,z_m,lx,stderr_lx\n",
-                         f) >= 0;
+    const char *head = n > 0 && measured[0].id               ? "sensor,quantity,x_m,y_m,z_m,value,stderr\n"
+                       : n > 0 && measured[0].desc.modelling ? "quantity,x_m,y_m,z_m,lx,stderr_lx\n"
+                                                             : "x_m,y_m,z_m,lx,stderr_lx\n";
+    bool ok = f && fputs(head, f) >= 0;
     for (size_t i = 0; ok && i < n; i++)
         ok = write_rows(f, &measured[i]);
     return close_file(f, path, ok, err);
@@ -218,7 +232,7 @@ static bool add_measured(cJSON *o, const struct lum_measured *m)
     bool ok = !m->id || lum_json_add_string(o, "id", m->id);
     ok = ok && lum_sensor_add_result(o, &m->desc, m->sensor, &m->result, &m->targets);
     if (ok && m->desc.kind != LUM_SENSOR_OBSERVER)
-        ok = lum_json_add(o, "points", lum_sensor_points_json(m->sensor));
+        ok = lum_json_add(o, "points", lum_sensor_points_json(&m->desc, m->sensor));
     return ok;
 }
 

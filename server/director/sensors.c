@@ -465,7 +465,7 @@ static void read_sensor(struct lum_director *d, const struct lum_request *q)
     cJSON *o = shown && shown->known ? entry_json(shown) : cJSON_CreateObject();
     if (!shown || !o || (!shown->known && !lum_json_add_string(o, "id", q->id)) ||
         (shown->desc.kind != LUM_SENSOR_OBSERVER &&
-         !lum_json_add(o, "points", lum_sensor_points_json(shown->sensor)))) {
+         !lum_json_add(o, "points", lum_sensor_points_json(&shown->desc, shown->sensor)))) {
         cJSON_Delete(o);
         o = NULL;
     }

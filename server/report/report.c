@@ -113,6 +113,26 @@ static void put_summary_row(FILE *f, const struct lum_measured *m)
     fputs("</tr>\n", f);
 }
 
+static void put_modelling(FILE *f, const struct lum_measured *m)
+{
+    const struct lum_sensor_result *r = &m->result;
+    if (!m->desc.modelling || !isfinite(r->modelling.value))
+        return;
+    fputs("<p>", f);
+    put_name(f, m);
+    fputs(": modelling E<sub>z</sub> / E<sub>m</sub> = ", f);
+    put_number(f, r->modelling.value, 3);
+    fputs(" &plusmn; ", f);
+    put_number(f, r->modelling.stderr_of, 2);
+    fprintf(f, ", %s %.2f to %.2f as EN 12464-1 recommends; cylindrical illuminance E<sub>z</sub> ",
+            lum_modelling_in_range(r) ? "within" : "<span class=\"misses\">not within</span>", LUM_MODELLING_LEAST,
+            LUM_MODELLING_MOST);
+    put_number(f, r->cylindrical.value, 4);
+    fputs(" &plusmn; ", f);
+    put_number(f, r->cylindrical.stderr_of, 2);
+    fputs(" lx in the mean.</p>\n", f);
+}
+
 static void put_summary(FILE *f, const struct lum_report *p)
 {
     fputs("<h2>Results</h2>\n<table>\n<tr><th>sensor<th>illuminance<th class=\"n\">E<sub>m</sub>, lx<th class=\"n\">"
@@ -124,6 +144,8 @@ static void put_summary(FILE *f, const struct lum_report *p)
           "U<sub>o</sub> = E<sub>min</sub> / E<sub>m</sub>; UGR by formula (CIE 117); DGP: daylight glare probability, "
           "up to 0.35 imperceptible, to 0.40 perceptible, to 0.45 disturbing, beyond intolerable.</p>\n",
           f);
+    for (size_t i = 0; i < p->n; i++)
+        put_modelling(f, &p->measured[i]);
     bool any_dim = false;
     for (size_t i = 0; i < p->n; i++)
         any_dim = any_dim || is_dim(&p->measured[i]);

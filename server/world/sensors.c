@@ -21,6 +21,18 @@ const char *const lum_sensor_quantity_names[] = {
     [LUM_METER_EYE] = NULL,
 };
 
+#define MODELLING "modelling" /* a plane, and cylinders too */
+
+const char *lum_sensor_quantity_name(const struct lum_sensor_desc *d)
+{
+    return d->modelling ? MODELLING : d->kind == LUM_SENSOR_OBSERVER ? NULL : lum_sensor_quantity_names[d->quantity];
+}
+
+bool lum_modelling_in_range(const struct lum_sensor_result *r)
+{
+    return r->modelling.value >= LUM_MODELLING_LEAST && r->modelling.value <= LUM_MODELLING_MOST;
+}
+
 const char *const lum_dgp_band_names[] = {
     [LUM_DGP_IMPERCEPTIBLE] = "imperceptible",
     [LUM_DGP_PERCEPTIBLE] = "perceptible",
@@ -81,6 +93,7 @@ struct lum_sensor_desc lum_sensor_desc_of(const struct lum_record *r)
     for (int q = LUM_METER_PLANE; q <= LUM_METER_HALF_CYLINDER; q++)
         if (strcmp(s->quantity, lum_sensor_quantity_names[q]) == 0)
             d.quantity = (enum lum_meter_kind)q;
+    d.modelling = d.kind != LUM_SENSOR_OBSERVER && strcmp(s->quantity, MODELLING) == 0;
     return d;
 }
 
@@ -156,6 +169,13 @@ static bool add_glare_by_day(cJSON *o, const struct lum_sensor_result *r)
                        lum_json_add_bool(o, "dgp_in_range", r->eye.value > LUM_DGP_MIN_LX)));
 }
 
+static bool add_modelling(cJSON *o, const struct lum_sensor_result *r)
+{
+    return add_amount(o, "ez_lx", "ez_stderr_lx", &r->cylindrical) &&
+           add_amount(o, "modelling", "modelling_stderr", &r->modelling) &&
+           lum_json_add_bool(o, "modelling_in_range", lum_modelling_in_range(r));
+}
+
 bool lum_sensor_add_result(cJSON *o, const struct lum_sensor_desc *desc, const struct lum_sensor *sensor,
                            const struct lum_sensor_result *r, const struct lum_sensor_targets *targets)
 {
@@ -166,31 +186,42 @@ bool lum_sensor_add_result(cJSON *o, const struct lum_sensor_desc *desc, const s
         return add_glare(o, r) && add_glare_by_day(o, r) && add_verdicts(o, r, targets, true);
     uint32_t nu, nv;
     lum_sensor_size(sensor, &nu, &nv);
-    return lum_json_add_string(o, "quantity", lum_sensor_quantity_names[desc->quantity]) &&
-           lum_json_add_number(o, "nu", nu) && lum_json_add_number(o, "nv", nv) &&
-           lum_json_add_number(o, "left_out", r->n_covered + r->n_inside) &&
+    return lum_json_add_string(o, "quantity", lum_sensor_quantity_name(desc)) && lum_json_add_number(o, "nu", nu) &&
+           lum_json_add_number(o, "nv", nv) && lum_json_add_number(o, "left_out", r->n_covered + r->n_inside) &&
            add_amount(o, "em_lx", "em_stderr_lx", &r->mean) && add_amount(o, "emin_lx", "emin_stderr_lx", &r->least) &&
            add_amount(o, "emax_lx", "emax_stderr_lx", &r->most) && add_amount(o, "uo", "uo_stderr", &r->uniformity) &&
-           add_verdicts(o, r, targets, false);
+           (!desc->modelling || add_modelling(o, r)) && add_verdicts(o, r, targets, false);
 }
 
-cJSON *lum_sensor_points_json(const struct lum_sensor *sensor)
+static bool add_point(cJSON *o, const struct lum_sensor *sensor, uint32_t i, bool modelling)
+{
+    struct lum_vec3d p = lum_sensor_point(sensor, i);
+    struct lum_meter_reading is = lum_sensor_reading(sensor, i);
+    const double at[3] = {p.x, p.y, p.z};
+    const char *why = lum_sensor_left_out(is.clearance);
+    if (!lum_json_add(o, "point", cJSON_CreateDoubleArray(at, 3)))
+        return false;
+    if (why)
+        return lum_json_add_string(o, "left_out", why);
+    if (is.stderr_lx >= 0.0 &&
+        !(lum_json_add_number(o, "lx", is.lx) && lum_json_add_number(o, "stderr_lx", is.stderr_lx)))
+        return false;
+    if (!modelling)
+        return true;
+    is = lum_sensor_cylindrical(sensor, i);
+    return is.stderr_lx < 0.0 ||
+           (lum_json_add_number(o, "ez_lx", is.lx) && lum_json_add_number(o, "ez_stderr_lx", is.stderr_lx));
+}
+
+cJSON *lum_sensor_points_json(const struct lum_sensor_desc *desc, const struct lum_sensor *sensor)
 {
     cJSON *list = cJSON_CreateArray();
     uint32_t nu, nv;
     bool ok = list != NULL;
     lum_sensor_size(sensor, &nu, &nv);
     for (uint32_t i = 0; ok && i < nu * nv; i++) {
-        struct lum_vec3d p = lum_sensor_point(sensor, i);
-        struct lum_meter_reading is = lum_sensor_reading(sensor, i);
-        const double at[3] = {p.x, p.y, p.z};
-        const char *why = lum_sensor_left_out(is.clearance);
         cJSON *o = cJSON_CreateObject();
-        ok = lum_json_add(o, "point", cJSON_CreateDoubleArray(at, 3));
-        if (ok && why)
-            ok = lum_json_add_string(o, "left_out", why);
-        else if (ok && is.stderr_lx >= 0.0)
-            ok = lum_json_add_number(o, "lx", is.lx) && lum_json_add_number(o, "stderr_lx", is.stderr_lx);
+        ok = add_point(o, sensor, i, desc->modelling);
         ok = lum_json_add(list, NULL, o) && ok;
     }
     if (ok)

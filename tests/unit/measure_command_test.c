@@ -262,6 +262,30 @@ static void a_page_has_it_all(void **state)
     free(page);
 }
 
+/* Ez over E of the same grid, each as it is measured alone; a row of CSV for each, which says of what; on the page. */
+static void modelling_is_told(void **state)
+{
+    (void)state;
+    cJSON *o = measure("--spacing 2 --modelling --csv @c.csv --html @c.html --pictures 0", LUM_EXIT_OK),
+          *alone = measure("--spacing 2 --height 0.75 --cylindrical", LUM_EXIT_OK);
+    char *csv = cli_read_text(cli_in_dir("c.csv")), *page = cli_read_text(cli_in_dir("c.html"));
+    double ez = cli_member(o, "ez_lx")->valuedouble, em = cli_member(o, "em_lx")->valuedouble;
+    assert_string_equal(cli_member(o, "quantity")->valuestring, "modelling");
+    assert_true(fabs(ez - cli_member(alone, "em_lx")->valuedouble) <
+                5.0 *
+                    hypot(cli_member(o, "ez_stderr_lx")->valuedouble, cli_member(alone, "em_stderr_lx")->valuedouble));
+    assert_true(fabs(cli_member(o, "modelling")->valuedouble / (ez / em) - 1.0) < 1e-9);
+    assert_true(cJSON_IsFalse(cli_member(o, "modelling_in_range"))); /* one bulb: faces are dark */
+    assert_true(cli_member(cJSON_GetArrayItem(cli_member(o, "points"), 0), "ez_lx")->valuedouble > 0.0);
+    assert_true(strncmp(csv, "quantity,x_m,y_m,z_m,lx,stderr_lx\nplane,", 40) == 0);
+    assert_int_equal(count(csv, "\ncylindrical,"), 2 * 2);
+    assert_non_null(strstr(page, "modelling E<sub>z</sub> / E<sub>m</sub> = 0."));
+    cJSON_Delete(o);
+    cJSON_Delete(alone);
+    free(csv);
+    free(page);
+}
+
 /* A black floor and a window's worth of sky: 1 x 1 m that shine with 8000 cd/m2, 2 m before the eye. DGP of the page,
  * of JSON and of CSV is that of Ev and of L^2 w / p^2 by hand: w = 4 atan(0.25 / (2 sqrt(4.5))) = 0.2356, p within 1 of
  * 1 to 1.7 over its 14 degrees to either side: the sum lies between those. */
@@ -340,6 +364,7 @@ static void what_cannot_be_measured_is_refused(void **state)
         int status;
     } cases[] = {
         {"--on nothing", LUM_EXIT_FAILED},
+        {"--cylindrical --modelling", LUM_EXIT_USAGE},
         {"--border 3", LUM_EXIT_FAILED},
         {"--spacing 1e-9", LUM_EXIT_FAILED},
         {"--area 1,1,0,2", LUM_EXIT_USAGE},
@@ -370,6 +395,7 @@ int main(void)
         cmocka_unit_test(a_table_has_each_point),
         cmocka_unit_test(points_inside_furniture_are_left_out),
         cmocka_unit_test(sensors_of_the_scene_are_measured),
+        cmocka_unit_test(modelling_is_told),
         cmocka_unit_test(glare_by_day_is_told),
         cmocka_unit_test(a_page_has_it_all),
         cmocka_unit_test(a_sensor_in_a_wall_keeps_no_other_from_its_value),

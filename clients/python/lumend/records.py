@@ -159,7 +159,7 @@ class Medium(TypedDict, total=False):
 
 class Sensor(TypedDict, total=False):
     kind: Required[Literal["point", "line", "grid", "observer"]]  # where it measures; observer: glare
-    quantity: Literal["plane", "cylindrical", "semicylindrical"]  # default plane; point, line, grid: which illuminance
+    quantity: Literal["plane", "cylindrical", "semicylindrical", "modelling"]  # default plane; point, line, grid: which illuminance
     position: Required[Sequence[float]]  # 3 m; -1e9 to 1e9; the point; the middle of a line or grid; the eye
     u: Sequence[float]  # 3 m; -1e9 to 1e9; default 1 0 0; line, grid: full edge
     v: Sequence[float]  # 3 m; -1e9 to 1e9; default 0 0 1; grid: full edge

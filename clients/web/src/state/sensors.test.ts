@@ -4,7 +4,7 @@ import type { JsonObject } from '../protocol/rpc';
 import type { CameraPose } from '../protocol/types';
 import type { Edits } from './edits';
 import { SceneMirror } from './scene';
-import { apart, daylightInWords, judge, pointAt, pointsInWords, readingOf, Sensors, stateOf, verdict } from './sensors';
+import { apart, daylightInWords, judge, modellingInWords, pointAt, pointsInWords, readingOf, Sensors, stateOf, verdict } from './sensors';
 
 const TOLD: JsonObject = {
     id: 'desks', scene_rev: 7, settled: false, kind: 'grid', nu: 3, nv: 2, left_out: 1,
@@ -46,6 +46,17 @@ test('an observer stands where the view is, and is glared by lamps and by day', 
     assert.equal(daylightInWords(r), 'Glare by day: disturbing');
     assert.equal(verdict(r.targets.dgp!), 'misses 0.4');
     assert.match(daylightInWords({ dgpBand: 'imperceptible', dgpInRange: false }), /380 lx/);
+});
+
+test('modelling has a ratio, and its points come as planes and as cylinders', async () => {
+    const points = [{ point: [0, 0.75, 0], lx: 500, stderr_lx: 4, ez_lx: 200, ez_stderr_lx: 3 }];
+    const { scene, sensors } = made([], { 'sensor.read': { id: 'desks', kind: 'grid', quantity: 'modelling', points } });
+    scene.load([{ op: 'add', type: 'sensor', id: 'desks', kind: 'grid', position: [0, 0.75, 0] }], 1);
+    assert.equal(await sensors.csv(), 'sensor,quantity,x_m,y_m,z_m,value,stderr\ndesks,plane,0,0.75,0,500,4\ndesks,cylindrical,0,0.75,0,200,3\n');
+    const r = readingOf({ ...TOLD, ez_lx: 205, modelling: 0.4, modelling_stderr: 0.01, modelling_in_range: true });
+    assert.deepEqual(r.modelling, { value: 0.4, stderr: 0.01 });
+    assert.equal(modellingInWords(r), 'Modelling is within 0.30 to 0.60, which EN 12464-1 recommends');
+    assert.equal(readingOf(TOLD).modelling, null);
 });
 
 test('sensors are watched where there are some, and anew on a new connection', () => {

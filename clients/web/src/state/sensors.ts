@@ -32,6 +32,10 @@ export interface SensorReading {
     em: Value | null;
     emin: Value | null;
     uo: Value | null;
+    /** Mean cylindrical over mean illuminance; null: not asked for, or not known. */
+    modelling: Value | null;
+    /** It is what EN 12464-1 recommends. */
+    modellingInRange: boolean;
     ugr: Value | null;
     /** Null: not known yet. */
     dgp: Value | null;
@@ -124,8 +128,10 @@ export class Sensors {
                 if (typeof value === 'number') lines.push([id, quantity, ...(Array.isArray(at) ? at : []), value, numberOr(error, NaN)].join(','));
             };
             for (const name of ['ugr', 'dgp']) add(name, this.host.scene.peek(id)?.position, told[name], told[`${name}_stderr`]);
-            for (const p of Array.isArray(told.points) ? told.points.filter(isObject) : [])
-                add(stringOr(told.quantity, ''), p.point, p.lx, p.stderr_lx);
+            const points = Array.isArray(told.points) ? told.points.filter(isObject) : [];
+            const quantity = stringOr(told.quantity, '');
+            for (const p of points) add(quantity === 'modelling' ? 'plane' : quantity, p.point, p.lx, p.stderr_lx);
+            for (const p of points) add('cylindrical', p.point, p.ez_lx, p.ez_stderr_lx);
         }
         return `${lines.join('\n')}\n`;
     }
@@ -164,6 +170,8 @@ export function readingOf(sensor: JsonObject): SensorReading {
         em: valueOf(sensor, 'em_lx', 'em_stderr_lx'),
         emin: valueOf(sensor, 'emin_lx', 'emin_stderr_lx'),
         uo: valueOf(sensor, 'uo', 'uo_stderr'),
+        modelling: valueOf(sensor, 'modelling', 'modelling_stderr'),
+        modellingInRange: sensor.modelling_in_range === true,
         ugr: valueOf(sensor, 'ugr', 'ugr_stderr'),
         dgp: valueOf(sensor, 'dgp', 'dgp_stderr'),
         dgpBand: stringOr(sensor.dgp_band, ''),
@@ -184,6 +192,19 @@ export function stateOf(reading: SensorReading | undefined, current: boolean): s
 /** In words, for who sees no colours and who sees nothing: "meets 500", "misses 500, as far as is known". */
 export function verdict(t: Target): string {
     return `${t.passes ? 'meets' : 'misses'} ${t.target}${t.sure ? '' : ', as far as is known'}`;
+}
+
+/** What a sensor may measure at its points, in the words of designers. */
+export const QUANTITIES: [string, string][] = [
+    ['plane', 'Illuminance of the plane'],
+    ['cylindrical', 'Cylindrical illuminance'],
+    ['semicylindrical', 'Semicylindrical illuminance'],
+    ['modelling', 'Plane and cylindrical: modelling'],
+];
+
+/** "Modelling within 0.30 to 0.60 (EN 12464-1)". */
+export function modellingInWords({ modellingInRange }: Pick<SensorReading, 'modellingInRange'>): string {
+    return `Modelling is ${modellingInRange ? 'within' : 'not within'} 0.30 to 0.60, which EN 12464-1 recommends`;
 }
 
 /** What glare by day feels like. */

@@ -1,8 +1,9 @@
 import { fixed, number, toError } from '../lib/format';
 import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
 import { NOT_TO_MEASURE } from '../state/role';
-import { daylightInWords, pointsInWords, stateOf, verdict, type SensorReading, type Target, type Value } from '../state/sensors';
+import { daylightInWords, modellingInWords, pointsInWords, QUANTITIES, stateOf, verdict, type SensorReading, type Target, type Value } from '../state/sensors';
 import { useApp } from './context';
+import { Choice } from './Choice';
 import { Editing } from './Editing';
 import { Icon } from './Icon';
 import { NumberField } from './NumberField';
@@ -93,10 +94,12 @@ function Sensor({ id }: { id: string }) {
                     {reading.kind !== 'observer' && <Row name="Mean" value={reading.em} unit="lx" target={reading.targets.em} />}
                     {reading.points > 1 && <Row name="Least" value={reading.emin} unit="lx" />}
                     {reading.points > 1 && <Row name="Uniformity" value={reading.uo} unit="" target={reading.targets.uo} />}
+                    {reading.modelling && <Row name="Modelling" value={reading.modelling} unit="" />}
                     {reading.kind === 'observer' && <Row name="UGR" value={reading.ugr} unit="" target={reading.targets.ugr} />}
                     {reading.kind === 'observer' && <Row name="DGP" value={reading.dgp} unit="" target={reading.targets.dgp} />}
                 </dl>
             )}
+            {reading?.modelling && <p class="hint">{modellingInWords(reading)}</p>}
             {reading?.dgp && <p class="hint">{daylightInWords(reading)}</p>}
             {reading && <Points record={record} reading={reading} />}
             <Editing>
@@ -148,6 +151,7 @@ function Wanted({ record }: { record: SceneRecord }) {
         );
     return (
         <div class="fields">
+            <Choice label="Measures" value={stringOr(record.quantity, 'plane')} options={QUANTITIES} onChange={(v) => edits.setOnce(record.id, '/quantity', v)} />
             <NumberField label="Mean wanted" unit="lx" min={0} max={1e9} value={numberOr(record.target_lx, 0)} onCommit={(v) => set('/target_lx', v)} />
             {record.kind !== 'point' && (
                 <NumberField label="Uniformity wanted" unit="" min={0} max={1} value={numberOr(record.target_uo, 0)} onCommit={(v) => set('/target_uo', v)} />
