@@ -19,6 +19,7 @@ struct lum_sensor_desc {
     struct lum_vec3 normal;       /* of the plane that is lit, or the axis of the cylinder */
     struct lum_vec3 facing;       /* half cylinder, observer */
     double spacing_m;             /* between points, at most; 0: by EN 12464-1 */
+    double floor_m2;              /* of the room that a work plane is in; 0: its own area. Changes no value */
     uint32_t seed;
 };
 

@@ -224,6 +224,8 @@ static const struct lum_field sensor[] = {
     VECTOR(sensor, direction, 0, -COORD, COORD, XYZ(0, 0, -1), "",
            "line of sight of an observer; where a half cylinder faces"),
     OPT(sensor, spacing_m, 1e-6, COORD, 0, "m", "between points, at most; null: by EN 12464-1", FOR("line|grid")),
+    OPT(sensor, floor_m2, 1e-6, 1e18, 0, "m2", "of the room, over which power is told; null: the grid's own area",
+        FOR("grid")),
     OPT(sensor, target_lx, 1e-6, 1e9, 0, "lx", "mean that is wanted, at least", FOR("point|line|grid")),
     OPT(sensor, target_uo, 1e-6, 1, 0, "", "least over mean, at least", FOR("line|grid")),
     OPT(sensor, target_ugr, 1e-6, 100, 0, "", "at most", FOR("observer")),

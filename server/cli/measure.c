@@ -234,9 +234,12 @@ static bool run(struct measuring *m, bool *ret_reached, struct lum_proto_error *
     *ret_reached = true;
     for (size_t i = 0; i < m->n_measured; i++)
         *ret_reached = lum_measure_print(&m->measured[i]) && *ret_reached;
+    struct lum_load load;
+    lum_load_of(&m->world, &load);
+    lum_measure_print_power(m->measured, m->n_measured, &load);
     const struct lum_measure_options *o = &m->options;
     return (!o->csv || lum_measure_write_csv(o->csv, m->measured, m->n_measured, err)) &&
-           (!o->json || lum_measure_write_json(o->json, o->scene, m->measured, m->n_measured, err)) &&
+           (!o->json || lum_measure_write_json(o->json, o->scene, m->measured, m->n_measured, &load, err)) &&
            (!o->html || write_page(m, err));
 }
 

@@ -124,7 +124,8 @@ void lum_help_measure(const struct lum_help *h)
         "usage: lumend measure --scene NAME|FILE [options]\n"
         "Prints what the sensors of the scene show (records of type sensor): illuminance, with its mean Em, least Emin\n"
         "and uniformity Uo = Emin / Em, or UGR and DGP, each +/- its standard error. Where the scene has none, or an option says\n"
-        "where or what to measure, it is a grid of points over the floor. Light is path traced. Points inside furniture\n"
+        "where or what to measure, it is a grid of points over the floor. The power of the lamps that are on follows, in W,\n"
+        "W/m2 and W/m2 for each 100 lx, with the lamps whose files do not say theirs. Light is path traced. Points inside furniture\n"
         "and walls, or with something less than 10 cm above, are left out, and said. Ends with 1 where a target is missed.\n");
     /* clang-format on */
     lum_help_options(h, rows, LUM_ARRAY_LEN(rows));

@@ -163,6 +163,26 @@ bool lum_measure_print(const struct lum_measured *m)
     return print_amounts(m);
 }
 
+void lum_measure_print_power(const struct lum_measured *measured, size_t n, const struct lum_load *load)
+{
+    const struct lum_measured *room = lum_report_room(measured, n);
+    char unknown[LUM_POWER_TEXT];
+    if (!room || load->n_on == 0)
+        return;
+    struct lum_power p = lum_power_of(load, &room->desc, &room->result);
+    lum_power_unknown(load, unknown);
+    if (isnan(p.w_per_m2)) {
+        printf("Power not known: no lamp's file says it, of %s\n", unknown);
+        return;
+    }
+    printf("Power %.4g W, %.3g W/m2 over %.4g m2", load->watts, p.w_per_m2, p.floor_m2);
+    if (isfinite(p.w_per_m2_100_lx.value))
+        printf(", %.3g W/m2 +/- %.2g for each 100 lx", p.w_per_m2_100_lx.value, p.w_per_m2_100_lx.stderr_of);
+    if (load->n_unknown > 0)
+        printf("; without %u of %u lamps, whose power is not known: %s", load->n_unknown, load->n_on, unknown);
+    putchar('\n');
+}
+
 /* ---- files ---- */
 
 static bool close_file(FILE *f, const char *path, bool ok, struct lum_proto_error *err)
@@ -227,27 +247,33 @@ bool lum_measure_write_csv(const char *path, const struct lum_measured *measured
     return close_file(f, path, ok, err);
 }
 
-static bool add_measured(cJSON *o, const struct lum_measured *m)
+/* load: NULL but of the one over whose floor it is told. */
+static bool add_measured(cJSON *o, const struct lum_measured *m, const struct lum_load *load)
 {
     bool ok = !m->id || lum_json_add_string(o, "id", m->id);
     ok = ok && lum_sensor_add_result(o, &m->desc, m->sensor, &m->result, &m->targets);
+    if (ok && load) {
+        struct lum_power power = lum_power_of(load, &m->desc, &m->result);
+        ok = lum_power_add(o, &power);
+    }
     if (ok && m->desc.kind != LUM_SENSOR_OBSERVER)
         ok = lum_json_add(o, "points", lum_sensor_points_json(&m->desc, m->sensor));
     return ok;
 }
 
 bool lum_measure_write_json(const char *path, const char *scene, const struct lum_measured *measured, size_t n,
-                            struct lum_proto_error *err)
+                            const struct lum_load *load, struct lum_proto_error *err)
 {
+    const struct lum_measured *room = lum_report_room(measured, n);
     cJSON *o = cJSON_CreateObject();
     bool ok = lum_json_add_string(o, "scene", scene);
     if (n == 1 && !measured[0].id) {
-        ok = ok && add_measured(o, &measured[0]);
+        ok = ok && add_measured(o, &measured[0], room ? load : NULL);
     } else {
         cJSON *list = cJSON_CreateArray();
         for (size_t i = 0; ok && i < n; i++) {
             cJSON *one = cJSON_CreateObject();
-            ok = add_measured(one, &measured[i]);
+            ok = add_measured(one, &measured[i], room == &measured[i] ? load : NULL);
             ok = lum_json_add(list, NULL, one) && ok;
         }
         ok = lum_json_add(o, "sensors", list) && ok;

@@ -299,22 +299,53 @@ static void put_lamps(FILE *f, const struct lum_schedule_row *r)
 
 static void put_total(FILE *f, const struct lum_schedule *s)
 {
-    fprintf(f, "<tfoot><tr><td>All that are on<td><td><td class=\"n\">%u<td class=\"n\">", s->n_on);
+    fprintf(f, "<tfoot><tr><td>All that are on<td><td><td class=\"n\">%u<td class=\"n\">", s->load.n_on);
     put_number(f, s->flux_lm, 4);
     fputs(" lm<td class=\"n\">", f);
-    if (s->n_on_without_watts < s->n_on) {
-        put_number(f, s->watts, 4);
-        fputs(s->n_on_without_watts > 0 ? " W*" : " W", f);
+    if (s->load.n_unknown < s->load.n_on) {
+        put_number(f, s->load.watts, 4);
+        fputs(s->load.n_unknown > 0 ? " W*" : " W", f);
     }
     fputs("<td></tr></tfoot></table>\n", f);
-    if (s->n_on_without_watts < s->n_on)
+    if (s->load.n_unknown < s->load.n_on)
         fputs("<p>Watts are those of the luminaires' files, undimmed.</p>\n", f);
-    if (s->n_on_without_watts > 0 && s->n_on_without_watts < s->n_on)
-        fprintf(f, "<p>* Without %u whose power is not known.</p>\n", s->n_on_without_watts);
+    char unknown[LUM_POWER_TEXT];
+    lum_power_unknown(&s->load, unknown);
+    if (s->load.n_unknown > 0 && s->load.n_unknown < s->load.n_on) {
+        fprintf(f, "<p>* Without %u whose power is not known: ", s->load.n_unknown);
+        lum_page_text(f, unknown);
+        fputs("</p>\n", f);
+    }
 }
 
-static void put_luminaires(FILE *f, const struct lum_schedule *s)
+static void put_density(FILE *f, const struct lum_report *p)
 {
+    const struct lum_measured *room = lum_report_room(p->measured, p->n);
+    if (!room || p->schedule->load.n_on == 0)
+        return;
+    struct lum_power power = lum_power_of(&p->schedule->load, &room->desc, &room->result);
+    if (isnan(power.w_per_m2))
+        return;
+    fputs("<p>Power over the floor of \"", f);
+    put_name(f, room);
+    fputs("\", ", f);
+    put_number(f, power.floor_m2, 3);
+    fputs(" m<sup>2</sup>: ", f);
+    put_number(f, power.w_per_m2, 3);
+    fprintf(f, " W/m<sup>2</sup>%s", power.load.n_unknown > 0 ? "*" : "");
+    if (isfinite(power.w_per_m2_100_lx.value)) {
+        fputs(", or ", f);
+        put_number(f, power.w_per_m2_100_lx.value, 3);
+        fputs(" &plusmn; ", f);
+        put_number(f, power.w_per_m2_100_lx.stderr_of, 2);
+        fputs(" for each 100 lx of its E<sub>m</sub>", f);
+    }
+    fputs(".</p>\n", f);
+}
+
+static void put_luminaires(FILE *f, const struct lum_report *p)
+{
+    const struct lum_schedule *s = p->schedule;
     fputs("<section><h2>Luminaires</h2>\n", f);
     if (s->n == 0)
         fputs("<p>None.</p>\n", f);
@@ -327,6 +358,7 @@ static void put_luminaires(FILE *f, const struct lum_schedule *s)
         put_lamps(f, &s->rows[i]);
     if (s->n > 0)
         put_total(f, s);
+    put_density(f, p);
     fputs("</section>\n", f);
 }
 
@@ -362,8 +394,22 @@ static enum lum_status put_page(FILE *f, const struct lum_report *p, struct lum_
     for (size_t i = 0; i < p->n && !st; i++)
         st = put_plan(f, &p->measured[i], err);
     if (!st)
-        put_luminaires(f, p->schedule);
+        put_luminaires(f, p);
     return st;
+}
+
+const struct lum_measured *lum_report_room(const struct lum_measured *measured, size_t n)
+{
+    const struct lum_measured *room = NULL;
+    double most = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        double floor_m2 = lum_power_floor(&measured[i].desc);
+        if (!(floor_m2 > most))
+            continue;
+        most = floor_m2;
+        room = &measured[i];
+    }
+    return room;
 }
 
 enum lum_status lum_report_write(const struct lum_report *p, char **ret_html, size_t *ret_n, struct lum_error *err)

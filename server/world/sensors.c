@@ -86,7 +86,8 @@ struct lum_sensor_desc lum_sensor_desc_of(const struct lum_record *r)
                                 .v = vec3d(s->v),
                                 .normal = direction(s->normal),
                                 .facing = direction(s->direction),
-                                .spacing_m = s->spacing_m.set ? s->spacing_m.value : 0.0};
+                                .spacing_m = s->spacing_m.set ? s->spacing_m.value : 0.0,
+                                .floor_m2 = s->floor_m2.set ? s->floor_m2.value : 0.0};
     for (int k = LUM_SENSOR_POINT; k <= LUM_SENSOR_OBSERVER; k++)
         if (strcmp(s->kind, lum_sensor_kind_names[k]) == 0)
             d.kind = (enum lum_sensor_kind)k;

@@ -254,6 +254,8 @@ static void a_page_has_it_all(void **state)
                            "<td>Ball<td>ball-0 and others<td class=\"n\">2<td class=\"n\">1<td class=\"n\">1257<td "
                            "class=\"n\">10<td class=\"n\">126</tr>"));
     assert_non_null(strstr(page, "<td class=\"n\">2<td class=\"n\">13823 lm<td class=\"n\">10 W*<")); /* 4400 pi */
+    assert_non_null(strstr(page, "<p>* Without 1 whose power is not known: point (bulb)</p>"));
+    assert_non_null(strstr(page, ", 12 m<sup>2</sup>: 0.833 W/m<sup>2</sup>*, or "));
     assert_int_equal(count(page, "data:image/png"), 0);
     free(page);
     (void)cli_run(lum_cmd_measure, "measure --scene @page.jsonl --html @p.html --pictures 1 --error 0.5");
@@ -326,6 +328,45 @@ static void glare_by_day_is_told(void **state)
     free(page);
 }
 
+/* 10 W over the floor of 5 x 4 m, which is more than the grid within its border covers; the bulb of the room does not
+ * say what it takes, and where it is alone nothing is known. A table's grid is no room beside a larger one. */
+static void power_is_that_of_the_floor(void **state)
+{
+    (void)state;
+    char text[sizeof room + 1024];
+    cJSON *o = measure("--spacing 2", LUM_EXIT_OK);
+    const cJSON *power = cli_member(o, "power");
+    assert_true(cJSON_IsNull(cli_member(power, "w_per_m2")));
+    assert_int_equal(cli_member(power, "lamps_without_watts")->valueint, 1);
+    cJSON_Delete(o);
+    snprintf(text, sizeof text,
+             "%s{\"op\":\"add\",\"type\":\"light\",\"id\":\"ball\",\"kind\":\"ies\",\"position\":[0,2,0],"
+             "\"web\":{\"c_deg\":[0],\"gamma_deg\":[0,180],\"candela\":[100,100],\"watts\":10}}\n"
+             "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"room\",\"kind\":\"grid\",\"position\":[0,0.75,0],"
+             "\"u\":[4,0,0],\"v\":[0,0,3],\"spacing_m\":2,\"floor_m2\":20}\n"
+             "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"table\",\"kind\":\"grid\",\"position\":[0,0.75,0],"
+             "\"u\":[1,0,0],\"v\":[0,0,1],\"spacing_m\":1}\n",
+             room);
+    cli_write_text(cli_in_dir("power.jsonl"), text);
+    assert_int_equal(cli_run(lum_cmd_measure, "measure --scene @power.jsonl --json @w.json"), LUM_EXIT_OK);
+    char *json = cli_read_text(cli_in_dir("w.json"));
+    o = lum_json_parse(json, strlen(json), NULL);
+    const cJSON *a = cJSON_GetArrayItem(cli_member(o, "sensors"), 0), *b = a->next;
+    const cJSON *whole = cJSON_GetObjectItem(a, "power") ? a : b;
+    assert_string_equal(cli_member(whole, "id")->valuestring, "room");
+    assert_null(cJSON_GetObjectItem(whole == a ? b : a, "power"));
+    power = cli_member(whole, "power");
+    assert_true(fabs(cli_member(power, "w_per_m2")->valuedouble - 0.5) < 1e-12);
+    assert_true(fabs(cli_member(power, "w_per_m2_100_lx")->valuedouble * cli_member(whole, "em_lx")->valuedouble -
+                     50.0) < 1e-9);
+    assert_int_equal(cli_member(power, "lamps")->valueint, 2);
+    const cJSON *unknown = cJSON_GetArrayItem(cli_member(power, "without_watts"), 0);
+    assert_string_equal(cli_member(unknown, "id")->valuestring, "bulb");
+    assert_string_equal(cli_member(unknown, "what")->valuestring, "point");
+    cJSON_Delete(o);
+    free(json);
+}
+
 /* Sensors inside the floor and far away have no value, and say so; their neighbour is measured all the same. What is
  * not known is missed, and not for sure. */
 static void a_sensor_in_a_wall_keeps_no_other_from_its_value(void **state)
@@ -396,6 +437,7 @@ int main(void)
         cmocka_unit_test(points_inside_furniture_are_left_out),
         cmocka_unit_test(sensors_of_the_scene_are_measured),
         cmocka_unit_test(modelling_is_told),
+        cmocka_unit_test(power_is_that_of_the_floor),
         cmocka_unit_test(glare_by_day_is_told),
         cmocka_unit_test(a_page_has_it_all),
         cmocka_unit_test(a_sensor_in_a_wall_keeps_no_other_from_its_value),

@@ -4,7 +4,7 @@ import type { JsonObject } from '../protocol/rpc';
 import type { CameraPose } from '../protocol/types';
 import type { Edits } from './edits';
 import { SceneMirror } from './scene';
-import { apart, daylightInWords, judge, modellingInWords, pointAt, pointsInWords, readingOf, Sensors, stateOf, verdict } from './sensors';
+import { apart, daylightInWords, judge, modellingInWords, pointAt, pointsInWords, readingOf, Sensors, stateOf, unknownInWords, verdict } from './sensors';
 
 const TOLD: JsonObject = {
     id: 'desks', scene_rev: 7, settled: false, kind: 'grid', nu: 3, nv: 2, left_out: 1,
@@ -57,6 +57,17 @@ test('modelling has a ratio, and its points come as planes and as cylinders', as
     assert.deepEqual(r.modelling, { value: 0.4, stderr: 0.01 });
     assert.equal(modellingInWords(r), 'Modelling is within 0.30 to 0.60, which EN 12464-1 recommends');
     assert.equal(readingOf(TOLD).modelling, null);
+});
+
+test('power is told with what is missing in it', () => {
+    const told = { watts: 120, floor_m2: 20, w_per_m2: 6, w_per_m2_100_lx: 1.2, lamps: 12, lamps_without_watts: 2, without_watts: [{ what: 'quad', id: 'panel-a', n: 2 }] };
+    const power = readingOf({ ...TOLD, power: told }).power!;
+    assert.deepEqual([power.watts, power.floorM2, power.perM2, power.per100Lx], [120, 20, 6, 1.2]);
+    assert.equal(unknownInWords(power), 'Without 2 of 12 lamps, whose power is not known: quad (panel-a and others)');
+    assert.equal(unknownInWords({ ...power, unknown: 0 }), null);
+    assert.match(unknownInWords({ ...power, unknown: 12, perM2: null })!, /^Power is not known: no lamp's file says it: quad/);
+    assert.equal(readingOf({ ...TOLD, power: { ...told, lamps: 0 } }).power, null);
+    assert.equal(readingOf(TOLD).power, null);
 });
 
 test('sensors are watched where there are some, and anew on a new connection', () => {

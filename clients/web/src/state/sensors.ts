@@ -17,6 +17,19 @@ export interface Target {
     /** More than two standard errors lie between. */
     sure: boolean;
 }
+/** What the lamps that are on take, by their files. */
+export interface Power {
+    watts: number;
+    floorM2: number;
+    /** Null: no lamp's file says. */
+    perM2: number | null;
+    per100Lx: number | null;
+    lamps: number;
+    /** Of them, those whose files do not say. */
+    unknown: number;
+    /** Some of those, for people. */
+    names: string[];
+}
 export interface SensorReading {
     kind: string;
     /** Of the scene that it is of. */
@@ -43,6 +56,8 @@ export interface SensorReading {
     dgpBand: string;
     /** There is as much light at the eye as the formula of DGP is made for. */
     dgpInRange: boolean;
+    /** Of the room's work plane, where a lamp is on; else null. */
+    power: Power | null;
     targets: Partial<Record<'em' | 'uo' | 'ugr' | 'dgp', Target>>;
 }
 
@@ -151,6 +166,27 @@ function valueOf(sensor: JsonObject, name: string, error: string): Value | null 
     return typeof value === 'number' ? { value, stderr: numberOr(sensor[error], NaN) } : null;
 }
 
+function powerOf(told: Json | undefined): Power | null {
+    if (!isObject(told) || numberOr(told.lamps, 0) === 0) return null;
+    const known = (value: Json | undefined): number | null => (typeof value === 'number' ? value : null);
+    return {
+        watts: numberOr(told.watts, 0),
+        floorM2: numberOr(told.floor_m2, 0),
+        perM2: known(told.w_per_m2),
+        per100Lx: known(told.w_per_m2_100_lx),
+        lamps: numberOr(told.lamps, 0),
+        unknown: numberOr(told.lamps_without_watts, 0),
+        names: (Array.isArray(told.without_watts) ? told.without_watts.filter(isObject) : []).map((of) => `${stringOr(of.what, '')} (${stringOr(of.id, '')}${numberOr(of.n, 1) > 1 ? ' and others' : ''})`),
+    };
+}
+
+/** "Without 2 of 12 lamps, whose power is not known: quad (panel-a), disc (spot)"; null: all say. */
+export function unknownInWords({ lamps, unknown, names }: Power): string | null {
+    if (unknown === 0) return null;
+    const which = names.length > 0 ? `: ${names.join(', ')}` : '';
+    return unknown === lamps ? `Power is not known: no lamp's file says it${which}` : `Without ${unknown} of ${lamps} lamps, whose power is not known${which}`;
+}
+
 export function readingOf(sensor: JsonObject): SensorReading {
     const targets: SensorReading['targets'] = {};
     const told = isObject(sensor.targets) ? sensor.targets : {};
@@ -170,6 +206,7 @@ export function readingOf(sensor: JsonObject): SensorReading {
         em: valueOf(sensor, 'em_lx', 'em_stderr_lx'),
         emin: valueOf(sensor, 'emin_lx', 'emin_stderr_lx'),
         uo: valueOf(sensor, 'uo', 'uo_stderr'),
+        power: powerOf(sensor.power),
         modelling: valueOf(sensor, 'modelling', 'modelling_stderr'),
         modellingInRange: sensor.modelling_in_range === true,
         ugr: valueOf(sensor, 'ugr', 'ugr_stderr'),

@@ -1,7 +1,7 @@
 import { fixed, number, toError } from '../lib/format';
 import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
 import { NOT_TO_MEASURE } from '../state/role';
-import { daylightInWords, modellingInWords, pointsInWords, QUANTITIES, stateOf, verdict, type SensorReading, type Target, type Value } from '../state/sensors';
+import { daylightInWords, modellingInWords, pointsInWords, QUANTITIES, stateOf, unknownInWords, verdict, type Power, type SensorReading, type Target, type Value } from '../state/sensors';
 import { useApp } from './context';
 import { Choice } from './Choice';
 import { Editing } from './Editing';
@@ -101,11 +101,28 @@ function Sensor({ id }: { id: string }) {
             )}
             {reading?.modelling && <p class="hint">{modellingInWords(reading)}</p>}
             {reading?.dgp && <p class="hint">{daylightInWords(reading)}</p>}
+            {reading?.power && <PowerOf power={reading.power} />}
             {reading && <Points record={record} reading={reading} />}
             <Editing>
                 <Wanted record={record} />
             </Editing>
         </li>
+    );
+}
+
+/** What the lamps take, over the room's floor. */
+function PowerOf({ power }: { power: Power }) {
+    const unknown = unknownInWords(power);
+    return (
+        <>
+            {power.perM2 !== null && (
+                <p class="hint">
+                    Power {number(power.watts)} W, {fixed(power.perM2, 2)} W/m² over {number(power.floorM2)} m²
+                    {power.per100Lx !== null && `, ${fixed(power.per100Lx, 2)} W/m² for each 100 lx`}
+                </p>
+            )}
+            {unknown && <p class="hint">{unknown}</p>}
+        </>
     );
 }
 
