@@ -236,6 +236,7 @@ static bool run(struct measuring *m, bool *ret_reached, struct lum_proto_error *
         *ret_reached = lum_measure_print(&m->measured[i]) && *ret_reached;
     struct lum_load load;
     lum_load_of(&m->world, &load);
+    lum_measure_print_worst(m->measured, m->n_measured);
     lum_measure_print_power(m->measured, m->n_measured, &load);
     const struct lum_measure_options *o = &m->options;
     return (!o->csv || lum_measure_write_csv(o->csv, m->measured, m->n_measured, err)) &&

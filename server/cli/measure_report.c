@@ -163,6 +163,19 @@ bool lum_measure_print(const struct lum_measured *m)
     return print_amounts(m);
 }
 
+void lum_measure_print_worst(const struct lum_measured *measured, size_t n)
+{
+    size_t n_observers;
+    const struct lum_measured *worst = lum_report_worst(measured, n, false, &n_observers);
+    if (worst)
+        printf("Worst UGR of %zu observers: %.1f +/- %.2g, of %s\n", n_observers, worst->result.ugr.ugr,
+               worst->result.ugr.stderr_of, worst->id);
+    worst = lum_report_worst(measured, n, true, &n_observers);
+    if (worst)
+        printf("Worst DGP of %zu observers: %.3f +/- %.2g, of %s\n", n_observers, worst->result.dgp.dgp,
+               worst->result.dgp.stderr_of, worst->id);
+}
+
 void lum_measure_print_power(const struct lum_measured *measured, size_t n, const struct lum_load *load)
 {
     const struct lum_measured *room = lum_report_room(measured, n);
@@ -261,6 +274,16 @@ static bool add_measured(cJSON *o, const struct lum_measured *m, const struct lu
     return ok;
 }
 
+/* Their ids. */
+static bool add_worst(cJSON *to, const struct lum_measured *measured, size_t n)
+{
+    size_t n_observers;
+    const struct lum_measured *ugr = lum_report_worst(measured, n, false, &n_observers),
+                              *dgp = lum_report_worst(measured, n, true, &n_observers);
+    return (!ugr || lum_json_add_string(to, "worst_ugr", ugr->id)) &&
+           (!dgp || lum_json_add_string(to, "worst_dgp", dgp->id));
+}
+
 bool lum_measure_write_json(const char *path, const char *scene, const struct lum_measured *measured, size_t n,
                             const struct lum_load *load, struct lum_proto_error *err)
 {
@@ -276,7 +299,7 @@ bool lum_measure_write_json(const char *path, const char *scene, const struct lu
             ok = add_measured(one, &measured[i], room == &measured[i] ? load : NULL);
             ok = lum_json_add(list, NULL, one) && ok;
         }
-        ok = lum_json_add(o, "sensors", list) && ok;
+        ok = lum_json_add(o, "sensors", list) && add_worst(o, measured, n) && ok;
     }
     char *text = ok ? lum_json_print(o, NULL) : NULL;
     cJSON_Delete(o);

@@ -113,6 +113,19 @@ static void put_summary_row(FILE *f, const struct lum_measured *m)
     fputs("</tr>\n", f);
 }
 
+static void put_worst(FILE *f, const struct lum_report *p, bool by_day)
+{
+    size_t n;
+    const struct lum_measured *worst = lum_report_worst(p->measured, p->n, by_day, &n);
+    if (!worst)
+        return;
+    fprintf(f, "<p>Worst %s of %zu observers: ", by_day ? "DGP" : "UGR", n);
+    put_number(f, by_day ? worst->result.dgp.dgp : worst->result.ugr.ugr, 3);
+    fputs(", of ", f);
+    put_name(f, worst);
+    fputs(".</p>\n", f);
+}
+
 static void put_modelling(FILE *f, const struct lum_measured *m)
 {
     const struct lum_sensor_result *r = &m->result;
@@ -144,6 +157,8 @@ static void put_summary(FILE *f, const struct lum_report *p)
           "U<sub>o</sub> = E<sub>min</sub> / E<sub>m</sub>; UGR by formula (CIE 117); DGP: daylight glare probability, "
           "up to 0.35 imperceptible, to 0.40 perceptible, to 0.45 disturbing, beyond intolerable.</p>\n",
           f);
+    put_worst(f, p, false);
+    put_worst(f, p, true);
     for (size_t i = 0; i < p->n; i++)
         put_modelling(f, &p->measured[i]);
     bool any_dim = false;
@@ -410,6 +425,26 @@ const struct lum_measured *lum_report_room(const struct lum_measured *measured, 
         room = &measured[i];
     }
     return room;
+}
+
+const struct lum_measured *lum_report_worst(const struct lum_measured *measured, size_t n, bool by_day,
+                                            size_t *ret_observers)
+{
+    const struct lum_measured *worst = NULL;
+    double most = -(double)INFINITY;
+    *ret_observers = 0;
+    for (size_t i = 0; i < n; i++) {
+        const struct lum_sensor_result *r = &measured[i].result;
+        if (measured[i].desc.kind != LUM_SENSOR_OBSERVER)
+            continue;
+        ++*ret_observers;
+        double glare = by_day ? r->dgp.dgp : r->ugr.ugr;
+        if (!isfinite(glare) || !(glare > most))
+            continue;
+        most = glare;
+        worst = &measured[i];
+    }
+    return *ret_observers > 1 ? worst : NULL;
 }
 
 enum lum_status lum_report_write(const struct lum_report *p, char **ret_html, size_t *ret_n, struct lum_error *err)

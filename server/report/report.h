@@ -19,6 +19,10 @@ struct lum_measured {
 /* The one over whose floor power is reckoned; NULL: none is a work plane. */
 const struct lum_measured *lum_report_room(const struct lum_measured *measured, size_t n);
 
+/* The observer that is glared most, by UGR or, by_day, by DGP. NULL: there are not two to compare. */
+const struct lum_measured *lum_report_worst(const struct lum_measured *measured, size_t n, bool by_day,
+                                            size_t *ret_observers);
+
 enum { LUM_REPORT_PICTURE, LUM_REPORT_ILLUMINANCE, LUM_REPORT_PICTURES };
 #define LUM_REPORT_PICTURE_W 900u
 #define LUM_REPORT_PICTURE_H 600u

@@ -302,7 +302,9 @@ static void glare_by_day_is_told(void **state)
                    "{\"op\":\"add\",\"type\":\"light\",\"id\":\"window\",\"kind\":\"quad\",\"position\":[0,1.2,-2],"
                    "\"u\":[1,0,0],\"v\":[0,1,0],\"luminance_cd_m2\":8000}\n"
                    "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"eye\",\"kind\":\"observer\",\"position\":[0,1.2,0],"
-                   "\"target_dgp\":0.3}\n");
+                   "\"target_dgp\":0.3}\n"
+                   "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"side\",\"kind\":\"observer\",\"position\":[0,1.2,0],"
+                   "\"direction\":[1,0,0.5]}\n");
     assert_int_equal(cli_run(lum_cmd_measure, "measure --scene @day.jsonl --json @d.json --csv @d.csv --html @d.html "
                                               "--pictures 0"),
                      LUM_EXIT_FAILED); /* the target is missed */
@@ -320,6 +322,9 @@ static void glare_by_day_is_told(void **state)
     assert_true(cJSON_IsTrue(cli_member(eye, "dgp_in_range")));
     assert_true(cJSON_IsFalse(cli_member(target, "passes")) && cJSON_IsTrue(cli_member(target, "sure")));
     assert_non_null(strstr(csv, "\neye,dgp,0,1.2,0,0.3"));
+    assert_string_equal(cli_member(o, "worst_dgp")->valuestring, "eye"); /* the other turns its back to the window */
+    assert_null(cJSON_GetObjectItem(o, "worst_ugr"));                    /* there is no background: none is known */
+    assert_non_null(strstr(page, "<p>Worst DGP of 2 observers: 0.3"));
     assert_non_null(strstr(page, "<br>perceptible<td>"));
     assert_non_null(strstr(page, "DGP &le; 0.3: missed<"));
     cJSON_Delete(o);

@@ -4,7 +4,7 @@ import type { JsonObject } from '../protocol/rpc';
 import type { CameraPose } from '../protocol/types';
 import type { Edits } from './edits';
 import { SceneMirror } from './scene';
-import { apart, daylightInWords, judge, modellingInWords, pointAt, pointsInWords, readingOf, Sensors, stateOf, unknownInWords, verdict } from './sensors';
+import { apart, daylightInWords, judge, modellingInWords, pointAt, pointsInWords, readingOf, Sensors, stateOf, unknownInWords, verdict, worstInWords } from './sensors';
 
 const TOLD: JsonObject = {
     id: 'desks', scene_rev: 7, settled: false, kind: 'grid', nu: 3, nv: 2, left_out: 1,
@@ -68,6 +68,14 @@ test('power is told with what is missing in it', () => {
     assert.match(unknownInWords({ ...power, unknown: 12, perM2: null })!, /^Power is not known: no lamp's file says it: quad/);
     assert.equal(readingOf({ ...TOLD, power: { ...told, lamps: 0 } }).power, null);
     assert.equal(readingOf(TOLD).power, null);
+});
+
+test('of several observers the worst are named, by lamps and by day', () => {
+    const eye = (ugr: number | null, dgp: number) => readingOf({ kind: 'observer', ugr, ugr_stderr: 0.1, dgp, dgp_stderr: 0.01 });
+    const readings = new Map([['a', eye(21.26, 0.3)], ['b', eye(null, 0.382)], ['desks', readingOf(TOLD)]]);
+    const name = (id: string): string => id.toUpperCase();
+    assert.equal(worstInWords(readings, ['a', 'b', 'desks'], name), 'Worst of 2 observers: UGR 21.3 (A), DGP 0.38 (B)');
+    assert.equal(worstInWords(readings, ['a', 'desks'], name), null);
 });
 
 test('sensors are watched where there are some, and anew on a new connection', () => {

@@ -231,6 +231,18 @@ export function verdict(t: Target): string {
     return `${t.passes ? 'meets' : 'misses'} ${t.target}${t.sure ? '' : ', as far as is known'}`;
 }
 
+/** "Worst of 3 observers: UGR 21.3 (desk-2), DGP 0.38 (desk-1)"; null: there are not two that are known. */
+export function worstInWords(readings: ReadonlyMap<string, SensorReading>, ids: readonly string[], nameOf: (id: string) => string): string | null {
+    const observers = ids.filter((id) => readings.get(id)?.kind === 'observer');
+    if (observers.length < 2) return null;
+    const worst = (name: 'ugr' | 'dgp', digits: number): string[] => {
+        const known = observers.map((id) => ({ id, value: readings.get(id)![name]?.value ?? -Infinity })).sort((a, b) => b.value - a.value);
+        return Number.isFinite(known[0]!.value) ? [`${name.toUpperCase()} ${known[0]!.value.toFixed(digits)} (${nameOf(known[0]!.id)})`] : [];
+    };
+    const of = [...worst('ugr', 1), ...worst('dgp', 2)];
+    return of.length > 0 ? `Worst of ${observers.length} observers: ${of.join(', ')}` : null;
+}
+
 /** What a sensor may measure at its points, in the words of designers. */
 export const QUANTITIES: [string, string][] = [
     ['plane', 'Illuminance of the plane'],

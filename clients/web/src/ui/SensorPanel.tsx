@@ -1,7 +1,7 @@
 import { fixed, number, toError } from '../lib/format';
 import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
 import { NOT_TO_MEASURE } from '../state/role';
-import { daylightInWords, modellingInWords, pointsInWords, QUANTITIES, stateOf, unknownInWords, verdict, type Power, type SensorReading, type Target, type Value } from '../state/sensors';
+import { daylightInWords, modellingInWords, pointsInWords, QUANTITIES, stateOf, unknownInWords, verdict, worstInWords, type Power, type SensorReading, type Target, type Value } from '../state/sensors';
 import { useApp } from './context';
 import { Choice } from './Choice';
 import { Editing } from './Editing';
@@ -12,6 +12,7 @@ import { NumberField } from './NumberField';
 export function SensorPanel() {
     const app = useApp();
     const ids = app.scene.list('sensor').value;
+    const worst = worstInWords(app.sensors.readings.value, ids, (id) => stringOr(app.scene.peek(id)?.name, id));
     return (
         <section class="section" aria-labelledby="sensors-title">
             <header class="section-head">
@@ -63,6 +64,7 @@ export function SensorPanel() {
             )}
             {ids.length > 0 && !app.mayMeasure.value && <p class="hint">{NOT_TO_MEASURE}</p>}
             {ids.length === 0 && <p class="hint">A work plane shows the mean illuminance and its uniformity while you move lamps.</p>}
+            {worst && <p class="hint">{worst}</p>}
             <ul class="light-list">
                 {ids.map((id) => (
                     <Sensor key={id} id={id} />
