@@ -96,9 +96,9 @@ function Sensor({ id }: { id: string }) {
                     {reading.kind !== 'observer' && <Row name="Mean" value={reading.em} unit="lx" target={reading.targets.em} />}
                     {reading.points > 1 && <Row name="Least" value={reading.emin} unit="lx" />}
                     {reading.points > 1 && <Row name="Uniformity" value={reading.uo} unit="" target={reading.targets.uo} />}
-                    {reading.modelling && <Row name="Modelling" value={reading.modelling} unit="" />}
+                    {reading.modelling && <Row name="Modelling" value={reading.modelling} unit="" digits={3} />}
                     {reading.kind === 'observer' && <Row name="UGR" value={reading.ugr} unit="" target={reading.targets.ugr} />}
-                    {reading.kind === 'observer' && <Row name="DGP" value={reading.dgp} unit="" target={reading.targets.dgp} />}
+                    {reading.kind === 'observer' && <Row name="DGP" value={reading.dgp} unit="" digits={3} target={reading.targets.dgp} />}
                 </dl>
             )}
             {reading?.modelling && <p class="hint">{modellingInWords(reading)}</p>}
@@ -135,9 +135,9 @@ function Points({ record, reading }: { record: SceneRecord; reading: SensorReadi
 }
 
 /** Null: there is none, as of a point inside a wall, or of an eye that sees no lamp. */
-function Row({ name, value, unit, target }: { name: string; value: Value | null; unit: string; target?: Target }) {
-    const text = !value ? '–' : value.value < 10 ? fixed(value.value, 2) : number(toError(value.value, value.stderr));
-    const error = value && Number.isFinite(value.stderr) ? ` ± ${value.stderr < 1 ? fixed(value.stderr, 2) : number(Number(value.stderr.toPrecision(2)))}` : '';
+function Row({ name, value, unit, target, digits = 2 }: { name: string; value: Value | null; unit: string; target?: Target; digits?: number }) {
+    const text = !value ? '–' : value.value < 10 ? fixed(value.value, digits) : number(toError(value.value, value.stderr));
+    const error = value && Number.isFinite(value.stderr) ? ` ± ${value.stderr < 1 ? fixed(value.stderr, digits) : number(Number(value.stderr.toPrecision(2)))}` : '';
     return (
         <>
             <dt>{name}</dt>
