@@ -1,6 +1,9 @@
 #include "core/measure/sensor.h"
 
-#define GLARE_RAYS 64u       /* of a lamp, at most */
+#define GLARE_RAYS 64u    /* of a lamp, at most */
+#define EYE_ROUNDS_MIN 2u /* of each half */
+#define EYE_ROUNDS_MAX 64u
+#define EYE_ERROR 0.003      /* of DGP, standard: its bands are 0.05 wide */
 #define GLARE_RAYS_ALL 8192u /* of all lamps, where that leaves 4 for each: it takes some milliseconds */
 
 struct lum_sensor {
@@ -10,6 +13,11 @@ struct lum_sensor {
     const struct lum_snapshot *snapshot; /* the meter's */
     bool looked;                         /* glare is known */
     struct lum_glare glare;
+    struct lum_fisheye *eye; /* of an observer, else NULL */
+    enum { EYE_SHUT, EYE_GLANCED, EYE_OPEN, EYE_SETTLED } seen;
+    bool bright_known;
+    struct lum_bright bright; /* what it saw: of a glance until it knows more */
+    uint64_t eye_paths;       /* since it was aimed */
 };
 
 /* EN 12464-1, 4.4: the side d, which is the longer one, or the shorter where that is half of it or less, has the whole
@@ -66,16 +74,18 @@ struct lum_vec3d lum_sensor_point(const struct lum_sensor *s, uint32_t i)
 static enum lum_status create_meter(struct lum_sensor *s, struct lum_error *err)
 {
     const struct lum_sensor_desc *d = &s->desc;
-    uint32_t n = s->nu * s->nv;
+    uint32_t n_points = s->nu * s->nv, n = s->desc.modelling ? 2 * n_points : n_points;
     struct lum_meter_place *places = lum_calloc(n, sizeof *places);
     if (!places)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for %u points", n);
     bool eye = d->kind == LUM_SENSOR_OBSERVER;
     for (uint32_t i = 0; i < n; i++)
-        places[i] = (struct lum_meter_place){.point_world = lum_sensor_point(s, i),
+        places[i] = (struct lum_meter_place){.point_world = lum_sensor_point(s, i % n_points),
                                              .normal = eye ? d->facing : d->normal,
                                              .facing = d->facing,
-                                             .kind = eye ? LUM_METER_EYE : d->quantity};
+                                             .kind = eye             ? LUM_METER_EYE
+                                                     : i >= n_points ? LUM_METER_CYLINDER
+                                                                     : d->quantity};
     enum lum_status st = lum_meter_create(places, n, d->seed, &s->meter, err);
     lum_free(places);
     return st;
@@ -91,6 +101,8 @@ enum lum_status lum_sensor_create(const struct lum_sensor_desc *desc, uint32_t m
     enum lum_status st = lay_out(desc, max_points, &s->nu, &s->nv, err);
     if (!st)
         st = create_meter(s, err);
+    if (!st && desc->kind == LUM_SENSOR_OBSERVER)
+        st = lum_fisheye_create(&s->eye, err);
     if (st) {
         lum_sensor_destroy(s);
         return st;
@@ -104,6 +116,7 @@ void lum_sensor_destroy(struct lum_sensor *s)
     if (!s)
         return;
     lum_meter_destroy(s->meter);
+    lum_fisheye_destroy(s->eye);
     lum_free(s);
 }
 
@@ -113,9 +126,13 @@ enum lum_status lum_sensor_copy(const struct lum_sensor *of, struct lum_sensor *
     if (!s)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a sensor");
     *s = *of;
+    s->meter = NULL;
+    s->eye = NULL;
     enum lum_status st = lum_meter_copy(of->meter, &s->meter, err);
+    if (!st && of->eye)
+        st = lum_fisheye_copy(of->eye, &s->eye, err);
     if (st) {
-        lum_free(s);
+        lum_sensor_destroy(s);
         return st;
     }
     *ret_sensor = s;
@@ -133,17 +150,59 @@ struct lum_meter_reading lum_sensor_reading(const struct lum_sensor *s, uint32_t
     return lum_meter_read(s->meter, i);
 }
 
+struct lum_meter_reading lum_sensor_cylindrical(const struct lum_sensor *s, uint32_t i)
+{
+    return lum_meter_read(s->meter, s->nu * s->nv + i);
+}
+
 uint64_t lum_sensor_samples(const struct lum_sensor *s)
 {
-    return lum_meter_samples(s->meter);
+    return lum_meter_samples(s->meter) + s->eye_paths;
 }
 
 void lum_sensor_aim(struct lum_sensor *s, const struct lum_snapshot *snapshot)
 {
     lum_meter_aim(s->meter, snapshot);
     s->snapshot = snapshot;
-    s->looked = false;
+    s->looked = s->bright_known = false;
     s->glare = (struct lum_glare){0};
+    s->bright = (struct lum_bright){0};
+    s->seen = EYE_SHUT;
+    s->eye_paths = 0;
+}
+
+static struct lum_observer observer_of(const struct lum_sensor *s)
+{
+    return (struct lum_observer){s->desc.position, s->desc.facing};
+}
+
+/* Lamps and the sun, one by one. */
+static void look_at_lamps(struct lum_sensor *s)
+{
+    uint32_t n = GLARE_RAYS_ALL / (s->snapshot->lights.n_active + 1), least = n < 4 ? 4 : n;
+    const struct lum_observer o = observer_of(s);
+    lum_glare_of(s->snapshot, &o, least < GLARE_RAYS ? least : GLARE_RAYS, s->desc.seed, &s->glare);
+}
+
+/* Of what else is bright; at most n paths. */
+static void look_around(struct lum_sensor *s, struct lum_pool *pool, uint32_t n)
+{
+    const struct lum_observer o = observer_of(s);
+    uint64_t before = lum_fisheye_paths(s->eye);
+    lum_fisheye_trace(s->eye, s->snapshot, &o, pool, n, s->desc.seed);
+    s->eye_paths += lum_fisheye_paths(s->eye) - before;
+    if (lum_fisheye_rounds(s->eye) == 0)
+        return;
+    s->bright = lum_fisheye_bright(s->eye, &o);
+    s->bright_known = true;
+}
+
+static void glance_around(struct lum_sensor *s, struct lum_pool *pool)
+{
+    lum_fisheye_begin(s->eye, LUM_FISHEYE_GLANCE_SIDE);
+    s->seen = EYE_GLANCED;
+    while (lum_fisheye_rounds(s->eye) == 0)
+        look_around(s, pool, LUM_FISHEYE_GLANCE_SIDE * LUM_FISHEYE_GLANCE_SIDE);
 }
 
 bool lum_sensor_look(struct lum_sensor *s, struct lum_pool *pool, uint32_t n_places, bool glance)
@@ -153,17 +212,50 @@ bool lum_sensor_look(struct lum_sensor *s, struct lum_pool *pool, uint32_t n_pla
         return more;
     s->looked = true;
     if (lum_meter_read(s->meter, 0).clearance == LUM_CLEARANCE_FREE) {
-        uint32_t n = GLARE_RAYS_ALL / (s->snapshot->lights.n_active + 1), least = n < 4 ? 4 : n;
-        const struct lum_observer eye = {s->desc.position, s->desc.facing};
-        lum_glare_of(s->snapshot, &eye, least < GLARE_RAYS ? least : GLARE_RAYS, s->desc.seed, &s->glare);
+        look_at_lamps(s);
+        if (glance)
+            glance_around(s, pool);
     }
     return more;
+}
+
+static struct lum_dgp dgp_of(const struct lum_sensor *s, struct lum_amount eye)
+{
+    struct lum_bright all = lum_bright_and(s->glare.bright, s->bright);
+    return s->bright_known ? lum_dgp_of(&all, eye.value, eye.stderr_of) : (struct lum_dgp){(double)NAN, (double)NAN};
+}
+
+/* All light at the eye. */
+static struct lum_amount light_at_eye(const struct lum_sensor *s)
+{
+    struct lum_meter_reading around = lum_meter_read(s->meter, 0);
+    return (struct lum_amount){around.lx + s->glare.direct_lx, hypot(around.stderr_lx, s->glare.direct_stderr)};
+}
+
+/* False: it is as well known as it needs to be. */
+static bool refine_eye(struct lum_sensor *s, struct lum_pool *pool, uint32_t n_samples)
+{
+    if (s->seen == EYE_SETTLED || lum_meter_read(s->meter, 0).clearance != LUM_CLEARANCE_FREE)
+        return false;
+    if (s->seen != EYE_OPEN) {
+        lum_fisheye_begin(s->eye, LUM_FISHEYE_SIDE);
+        s->seen = EYE_OPEN;
+    }
+    look_around(s, pool, n_samples);
+    uint32_t rounds = lum_fisheye_rounds(s->eye);
+    if (rounds >= EYE_ROUNDS_MAX ||
+        (rounds >= EYE_ROUNDS_MIN && dgp_of(s, (struct lum_amount){light_at_eye(s).value, 0.0}).stderr_of <= EYE_ERROR))
+        s->seen = EYE_SETTLED;
+    return true;
 }
 
 enum lum_status lum_sensor_refine(struct lum_sensor *s, struct lum_pool *pool, const struct lum_meter_goal *goal,
                                   uint32_t n_samples, bool *ret_more, struct lum_error *err)
 {
-    return lum_meter_refine(s->meter, pool, goal, n_samples, ret_more, err);
+    enum lum_status st = lum_meter_refine(s->meter, pool, goal, n_samples, ret_more, err);
+    if (!st && !*ret_more && s->eye)
+        *ret_more = refine_eye(s, pool, n_samples);
+    return st;
 }
 
 static void count_in(struct lum_sensor_result *r, uint32_t i, const struct lum_meter_reading *at)
@@ -177,6 +269,30 @@ static void count_in(struct lum_sensor_result *r, uint32_t i, const struct lum_m
     }
     if (r->n_known == 1 || at->lx > r->most.value)
         r->most = (struct lum_amount){at->lx, at->stderr_lx};
+}
+
+/* Ez over E, both means: their noise is independent. False: some of Ez is not known. */
+static bool add_modelling(const struct lum_sensor *s, struct lum_sensor_result *r)
+{
+    struct lum_amount ez = {0};
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < r->n; i++) {
+        struct lum_meter_reading at = lum_sensor_cylindrical(s, i);
+        if (at.clearance != LUM_CLEARANCE_FREE || !(at.stderr_lx >= 0.0))
+            continue;
+        ez.value += at.lx;
+        ez.stderr_of += at.stderr_lx * at.stderr_lx;
+        n++;
+    }
+    if (n == 0 || n < r->n_known)
+        return false;
+    r->cylindrical = (struct lum_amount){ez.value / n, sqrt(ez.stderr_of) / n};
+    if (r->mean.value > 0.0) {
+        r->modelling.value = r->cylindrical.value / r->mean.value;
+        r->modelling.stderr_of =
+            hypot(r->cylindrical.stderr_of, r->modelling.value * r->mean.stderr_of) / r->mean.value;
+    }
+    return true;
 }
 
 /* The points' noise is independent. That of the least one is taken for Emin's: among points that are alike the least is
@@ -202,10 +318,16 @@ bool lum_sensor_result(const struct lum_sensor *s, struct lum_sensor_result *ret
             r.uniformity.stderr_of = hypot(r.least.stderr_of, r.uniformity.value * r.mean.stderr_of) / r.mean.value;
         }
     }
+    r.cylindrical = r.modelling = (struct lum_amount){none, none};
+    if (s->desc.modelling)
+        whole = add_modelling(s, &r) && whole;
     if (s->desc.kind == LUM_SENSOR_OBSERVER) {
         const double pi = 3.14159265358979323846;
         r.mean = (struct lum_amount){r.mean.value / pi, r.mean.stderr_of / pi};
         r.ugr = r.n_known > 0 ? lum_ugr_of(&s->glare, r.mean.value, r.mean.stderr_of) : (struct lum_ugr){none, none};
+        r.eye = r.n_known > 0 ? light_at_eye(s) : (struct lum_amount){none, none};
+        r.dgp = r.n_known > 0 ? dgp_of(s, r.eye) : (struct lum_dgp){none, none};
+        r.n_bright = s->glare.bright.n + s->bright.n;
     }
     *ret = r;
     return whole;

@@ -3,6 +3,7 @@
 #ifndef LUM_CORE_MEASURE_SENSOR_H
 #define LUM_CORE_MEASURE_SENSOR_H
 
+#include "core/measure/fisheye.h"
 #include "core/measure/meter.h"
 #include "core/measure/ugr.h"
 
@@ -12,14 +13,19 @@ enum lum_sensor_kind { LUM_SENSOR_POINT, LUM_SENSOR_LINE, LUM_SENSOR_GRID, LUM_S
 struct lum_sensor_desc {
     enum lum_sensor_kind kind;
     enum lum_meter_kind quantity; /* but of an observer */
+    bool modelling;               /* of a plane: the illuminance of a cylinder along normal at each point, too */
     struct lum_vec3d position;    /* the point; middle of the line or grid; the eye */
     struct lum_vec3d u, v;        /* full edges: line: u; grid: both, not parallel */
     struct lum_vec3 normal;       /* of the plane that is lit, or the axis of the cylinder */
     struct lum_vec3 facing;       /* half cylinder, observer */
     double spacing_m;             /* between points, at most; 0: by EN 12464-1 */
+    double floor_m2;              /* of the room that a work plane is in; 0: its own area. Changes no value */
     uint32_t seed;
 };
 
+/* Of the modelling ratio, what EN 12464-1 recommends. */
+#define LUM_MODELLING_LEAST 0.30
+#define LUM_MODELLING_MOST 0.60
 #define LUM_SENSOR_POINTS_MAX 65536u /* 256 x 256 */
 /* For struct lum_meter_goal. */
 #define LUM_SENSOR_DARK 0.1 /* of the mean: darker points are known to the same lux */
@@ -43,6 +49,7 @@ LUM_MUST_USE enum lum_status lum_sensor_copy(const struct lum_sensor *sensor, st
 void lum_sensor_size(const struct lum_sensor *sensor, uint32_t *ret_nu, uint32_t *ret_nv);
 struct lum_vec3d lum_sensor_point(const struct lum_sensor *sensor, uint32_t i);
 struct lum_meter_reading lum_sensor_reading(const struct lum_sensor *sensor, uint32_t i);
+struct lum_meter_reading lum_sensor_cylindrical(const struct lum_sensor *sensor, uint32_t i); /* with modelling */
 uint64_t lum_sensor_samples(const struct lum_sensor *sensor);
 
 /* As of lum_meter_aim, lum_meter_look and lum_meter_refine. */
@@ -60,8 +67,13 @@ struct lum_sensor_result {
     uint32_t n_covered, n_inside; /* left out (clearance.h); those that are too far count as covered */
     struct lum_amount mean, least, most, uniformity; /* lx; Uo = least / mean. Of an observer: the background, cd/m2 */
     uint32_t least_at;
-    struct lum_ugr ugr; /* of an observer; NAN: not known */
+    struct lum_amount cylindrical, modelling; /* with modelling: mean, lx; that over the mean. Else NAN */
+    /* Of an observer; NAN: not known. */
+    struct lum_ugr ugr;
     struct lum_glare glare;
+    struct lum_amount eye; /* all light at the eye, lx */
+    struct lum_dgp dgp;
+    uint32_t n_bright; /* sources of it */
 };
 /* True when every point that counts has a value, and there is one. Amounts of none are NAN. */
 bool lum_sensor_result(const struct lum_sensor *sensor, struct lum_sensor_result *ret_result);

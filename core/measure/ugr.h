@@ -7,12 +7,16 @@
 #ifndef LUM_CORE_MEASURE_UGR_H
 #define LUM_CORE_MEASURE_UGR_H
 
+#include "core/measure/dgp.h"
 #include "core/scene/snapshot.h"
 
 struct lum_observer {
     struct lum_vec3d eye_world; /* metres */
     struct lum_vec3 direction;  /* the line of sight; any length but 0. Upright is +Y, or +X for one along +Y */
 };
+
+/* Unit, at right angles to a line of sight that is a unit vector. */
+struct lum_vec3 lum_observer_upright(struct lum_vec3 sight);
 
 /* Position index of what lies at unit direction wi, for a line of sight and an upright that are unit vectors at right
  * angles; at most 16. INFINITY: behind the eye. The closed form of Guth's data above the line of sight (as in
@@ -24,10 +28,14 @@ double lum_position_index(struct lum_vec3 sight, struct lum_vec3 up, struct lum_
 struct lum_glare {
     double sum, sum_stderr;    /* of L^2 w / p^2, cd^2/m4 */
     uint32_t n_sources;        /* luminaires that are seen */
-    uint32_t n_points;         /* lamps that are on and have no extent: they have no luminance, and are left out */
+    uint32_t n_points;         /* lamps that are on and have no extent, and parallel light that the eye gets: they have
+                                * no luminance, and are left out */
     uint32_t n_small, n_large; /* of the sources: below 0.0003 sr and above 0.1 sr, which the formula is not for */
+    double direct_lx, direct_stderr; /* straight from all lamps and the sun, at the eye */
+    struct lum_bright bright;        /* of these, those that glare by day, each place with its own p */
 };
-/* By n_rays shadow rays for each lamp; the sky is background. Thread: any. */
+/* By n_rays shadow rays for each lamp; the sky is background. The sun is no source of sum, nor one of the counts.
+ * Thread: any. */
 void lum_glare_of(const struct lum_snapshot *snapshot, const struct lum_observer *observer, uint32_t n_rays,
                   uint32_t seed, struct lum_glare *ret_glare);
 

@@ -166,9 +166,17 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
     return lum_power_heuristic(path->pdf_sa, pdf);
 }
 
+static bool is_seen_lamp(const struct lum_wave *w, const struct lum_path *path, uint32_t light)
+{
+    return path->effect == LUM_EFFECT_ANTIALIAS && light != LUM_NO_OBJECT &&
+           w->snapshot->lights.lights[light].kind != LUM_EMIT_ENVIRONMENT;
+}
+
 /* What shines at the end of the path's ray. */
 static void add(struct lum_wave *w, const struct lum_path *path, uint32_t light, struct lum_rgb radiance, float weight)
 {
+    if (w->lamps_apart && is_seen_lamp(w, path, light))
+        return;
     struct lum_rgb value = lum_rgb_scale(lum_rgb_mul(path->throughput, radiance), weight);
     if (w->at_first && w->keeps_first) {
         w->first[path->slot].shine = lum_rgb_add(w->first[path->slot].shine, value);
@@ -250,7 +258,7 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->roulette_depth = ROULETTE_DEPTH;
     w->gloss_survival = 1.0f;
     w->every_light = false;
-    w->illuminance = w->keeps_first = w->at_first = false;
+    w->illuminance = w->keeps_first = w->lamps_apart = w->at_first = false;
     w->lights_off = effects_off & LIGHT_EFFECTS;
     w->lobes_off = effects_off & LOBE_EFFECTS;
     w->rays.n = w->shadow_rays.n = 0;

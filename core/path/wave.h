@@ -79,7 +79,9 @@ struct lum_wave {
     bool illuminance;        /* paths of lum_wave_add_eye find illuminance / pi where they first arrive, and nothing of
                                 what is before that. Set after lum_wave_begin */
     bool keeps_first;        /* likewise: what shines where rays from the eye end goes to first, and not to radiance */
-    bool at_first;           /* while the first segments of eye paths are looked at */
+    bool lamps_apart; /* likewise: lamps and the sun that the eye sees, straight or through panes, are left out: who
+                         started the paths counts them. The sky is none */
+    bool at_first;    /* while the first segments of eye paths are looked at */
     bool every_light; /* vertices sample every light, and do not pick one; of at most LUM_WAVE_LIGHTS that are on */
     /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light whose direct light nothing gets (the eye and mirrors
      * still see what shines, and what they light by way of a diffuse surface is another effect), and lobes that no path

@@ -212,8 +212,8 @@ static const struct lum_field camera[] = {
 };
 
 static const struct lum_field sensor[] = {
-    CHOICE(sensor, kind, LUM_FIELD_REQUIRED, "point|line|grid|observer", "where it measures; observer: UGR, glare"),
-    CHOICE(sensor, quantity, 0, "plane|cylindrical|semicylindrical", "point, line, grid: which illuminance"),
+    CHOICE(sensor, kind, LUM_FIELD_REQUIRED, "point|line|grid|observer", "where it measures; observer: glare"),
+    CHOICE(sensor, quantity, 0, "plane|cylindrical|semicylindrical|modelling", "point, line, grid: which illuminance"),
     VECTOR(sensor, position, LUM_FIELD_REQUIRED, -COORD, COORD, XYZ(0, 0, 0), "m",
            "the point; the middle of a line or grid; the eye"),
     VECTOR(sensor, u, 0, -COORD, COORD, XYZ(1, 0, 0), "m", "full edge", FOR("line|grid")),
@@ -224,9 +224,12 @@ static const struct lum_field sensor[] = {
     VECTOR(sensor, direction, 0, -COORD, COORD, XYZ(0, 0, -1), "",
            "line of sight of an observer; where a half cylinder faces"),
     OPT(sensor, spacing_m, 1e-6, COORD, 0, "m", "between points, at most; null: by EN 12464-1", FOR("line|grid")),
+    OPT(sensor, floor_m2, 1e-6, 1e18, 0, "m2", "of the room, over which power is told; null: the grid's own area",
+        FOR("grid")),
     OPT(sensor, target_lx, 1e-6, 1e9, 0, "lx", "mean that is wanted, at least", FOR("point|line|grid")),
     OPT(sensor, target_uo, 1e-6, 1, 0, "", "least over mean, at least", FOR("line|grid")),
     OPT(sensor, target_ugr, 1e-6, 100, 0, "", "at most", FOR("observer")),
+    OPT(sensor, target_dgp, 1e-6, 1, 0, "", "at most", FOR("observer")),
     TEXT(sensor, name, "for people"),
 };
 

@@ -96,7 +96,7 @@ struct lum_record_sensor {
     char quantity[20]; /* plane cylindrical semicylindrical */
     double position[3], u[3], v[3], normal[3], direction[3];
     struct lum_opt spacing_m;
-    struct lum_opt target_lx, target_uo, target_ugr;
+    struct lum_opt floor_m2, target_lx, target_uo, target_ugr, target_dgp;
     char name[128];
 };
 

@@ -96,8 +96,9 @@ static bool place_grid(struct measuring *m, struct lum_proto_error *err)
     if (!lum_work_plane_place(&m->world, &plane, &one->desc, err))
         return false;
     one->desc.quantity = o->cylindrical ? LUM_METER_CYLINDER : LUM_METER_PLANE;
+    one->desc.modelling = o->modelling;
     one->desc.spacing_m = o->spacing_m;
-    one->targets = (struct lum_sensor_targets){o->target_lx, o->uniformity, 0.0};
+    one->targets = (struct lum_sensor_targets){.lx = o->target_lx, .uo = o->uniformity};
     return true;
 }
 
@@ -233,9 +234,13 @@ static bool run(struct measuring *m, bool *ret_reached, struct lum_proto_error *
     *ret_reached = true;
     for (size_t i = 0; i < m->n_measured; i++)
         *ret_reached = lum_measure_print(&m->measured[i]) && *ret_reached;
+    struct lum_load load;
+    lum_load_of(&m->world, &load);
+    lum_measure_print_worst(m->measured, m->n_measured);
+    lum_measure_print_power(m->measured, m->n_measured, &load);
     const struct lum_measure_options *o = &m->options;
     return (!o->csv || lum_measure_write_csv(o->csv, m->measured, m->n_measured, err)) &&
-           (!o->json || lum_measure_write_json(o->json, o->scene, m->measured, m->n_measured, err)) &&
+           (!o->json || lum_measure_write_json(o->json, o->scene, m->measured, m->n_measured, &load, err)) &&
            (!o->html || write_page(m, err));
 }
 

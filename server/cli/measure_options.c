@@ -64,6 +64,8 @@ static const struct lum_option_row rows[] = {
         "between points, at most (default: by EN 12464-1, about 0.2 * 5^(log10 of the longer side))"},
     {"cylindrical", SWITCH(cylindrical), .help =
         "cylindrical illuminance, as light falls on faces, in place of that of a horizontal plane"},
+    {"modelling", SWITCH(modelling), .help =
+        "cylindrical illuminance, too, and its mean over that of the plane: 0.30 to 0.60 by EN 12464-1"},
     {"error", "E", .fallback = "0.01", NUMBER(error, 1e-5, 1), .help =
         "standard error over the value to which each point is measured (of dark ones over a tenth of\n"
         "the mean)"},
@@ -72,7 +74,7 @@ static const struct lum_option_row rows[] = {
     {"uniformity", "U", .kind = LUM_OPTION_NUMBER, AT(uniformity), .min = 1e-6, .max = 1, .help =
         "the least over the mean that is wanted, such as 0.6"},
     {"csv", "FILE", TEXT(csv), .help = "the points: x_m,y_m,z_m,lx,stderr_lx; empty where one is left out.\n"
-        "Of sensors: sensor,quantity,x_m,y_m,z_m,value,stderr"},
+        "Of sensors: sensor,quantity,x_m,y_m,z_m,value,stderr; with --modelling: quantity,x_m, ..."},
     {"json", "FILE", TEXT(json), .help = "points and results"},
     {"html", "FILE", TEXT(html), .help = "a page to print: results, pictures, plans of the points, luminaires; one file"},
     {"pictures", "N", .fallback = "32", .kind = LUM_OPTION_WHOLE, AT(pictures_spp), .min = 0, .max = 4096, .help =
@@ -101,8 +103,11 @@ enum lum_status lum_measure_options_parse(int argc, char **argv, struct lum_meas
         st = lum_fail(err, LUM_ERR_INVALID, "scene", "--scene NAME|FILE is missing (see: lumend measure --help)");
     if (!st && o.on && o.has_area)
         st = lum_fail(err, LUM_ERR_INVALID, "on", "--on and --area both say what is measured");
+    if (!st && o.cylindrical && o.modelling)
+        st = lum_fail(err, LUM_ERR_INVALID, "modelling",
+                      "--modelling measures cylinders already: leave --cylindrical out");
     o.has_grid = o.on || o.has_area || o.has_height || o.has_border || o.spacing_m > 0.0 || o.cylindrical ||
-                 o.target_lx > 0.0 || o.uniformity > 0.0;
+                 o.modelling || o.target_lx > 0.0 || o.uniformity > 0.0;
     if (!o.has_height)
         o.height_m = o.on ? 0.001 : o.cylindrical ? 1.2 : 0.75;
     if (!o.has_border)
@@ -118,8 +123,9 @@ void lum_help_measure(const struct lum_help *h)
     lum_help_text(h,
         "usage: lumend measure --scene NAME|FILE [options]\n"
         "Prints what the sensors of the scene show (records of type sensor): illuminance, with its mean Em, least Emin\n"
-        "and uniformity Uo = Emin / Em, or UGR, each +/- its standard error. Where the scene has none, or an option says\n"
-        "where or what to measure, it is a grid of points over the floor. Light is path traced. Points inside furniture\n"
+        "and uniformity Uo = Emin / Em, or UGR and DGP, each +/- its standard error. Where the scene has none, or an option says\n"
+        "where or what to measure, it is a grid of points over the floor. The power of the lamps that are on follows, in W,\n"
+        "W/m2 and W/m2 for each 100 lx, with the lamps whose files do not say theirs. Light is path traced. Points inside furniture\n"
         "and walls, or with something less than 10 cm above, are left out, and said. Ends with 1 where a target is missed.\n");
     /* clang-format on */
     lum_help_options(h, rows, LUM_ARRAY_LEN(rows));

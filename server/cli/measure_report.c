@@ -81,6 +81,17 @@ static bool tell_target(const char *name, const struct lum_verdict *v, double ta
     return !v->asked || v->passes;
 }
 
+static void print_glare_by_day(const struct lum_sensor_result *r)
+{
+    if (isnan(r->dgp.dgp))
+        return;
+    printf("DGP   %.3f +/- %.2g, %s, of %u sources above %g cd/m2; %.4g lx +/- %.2g at the eye\n", r->dgp.dgp,
+           r->dgp.stderr_of, lum_dgp_band_names[lum_dgp_band_of(r->dgp.dgp)], r->n_bright, LUM_DGP_SOURCE_CD_M2,
+           r->eye.value, r->eye.stderr_of);
+    if (!(r->eye.value > LUM_DGP_MIN_LX))
+        printf("DGP is made for more than %g lx at the eye\n", LUM_DGP_MIN_LX);
+}
+
 static bool print_observer(const struct lum_measured *m)
 {
     const struct lum_sensor_result *r = &m->result;
@@ -96,8 +107,11 @@ static bool print_observer(const struct lum_measured *m)
     if (r->glare.n_small + r->glare.n_large > 0)
         printf("%u lamps look smaller than 0.0003 sr and %u larger than 0.1 sr: the formula is not made for them\n",
                r->glare.n_small, r->glare.n_large);
+    print_glare_by_day(r);
     struct lum_sensor_verdicts v = lum_sensor_judge(r, &m->targets);
-    return tell_target("UGR", &v.ugr, m->targets.ugr);
+    bool ugr = tell_target("UGR", &v.ugr, m->targets.ugr);
+    bool dgp = tell_target("DGP", &v.dgp, m->targets.dgp);
+    return ugr && dgp;
 }
 
 static bool print_amounts(const struct lum_measured *m)
@@ -114,6 +128,10 @@ static bool print_amounts(const struct lum_measured *m)
         printf("Emax  %.4g lx +/- %.2g\n", r->most.value, r->most.stderr_of);
         printf("Uo    %.3f +/- %.2g (Emin / Em)\n", r->uniformity.value, r->uniformity.stderr_of);
     }
+    if (m->desc.modelling)
+        printf("Ez    %.4g lx +/- %.2g\nEz/E  %.3f +/- %.2g, modelling: %s %.2f to %.2f, which EN 12464-1 recommends\n",
+               r->cylindrical.value, r->cylindrical.stderr_of, r->modelling.value, r->modelling.stderr_of,
+               lum_modelling_in_range(r) ? "within" : "not within", LUM_MODELLING_LEAST, LUM_MODELLING_MOST);
     struct lum_sensor_verdicts v = lum_sensor_judge(r, &m->targets);
     bool lx = tell_target("Em", &v.lx, m->targets.lx);
     bool uo = tell_target("Uo", &v.uo, m->targets.uo);
@@ -145,6 +163,39 @@ bool lum_measure_print(const struct lum_measured *m)
     return print_amounts(m);
 }
 
+void lum_measure_print_worst(const struct lum_measured *measured, size_t n)
+{
+    size_t n_observers;
+    const struct lum_measured *worst = lum_report_worst(measured, n, false, &n_observers);
+    if (worst)
+        printf("Worst UGR of %zu observers: %.1f +/- %.2g, of %s\n", n_observers, worst->result.ugr.ugr,
+               worst->result.ugr.stderr_of, worst->id);
+    worst = lum_report_worst(measured, n, true, &n_observers);
+    if (worst)
+        printf("Worst DGP of %zu observers: %.3f +/- %.2g, of %s\n", n_observers, worst->result.dgp.dgp,
+               worst->result.dgp.stderr_of, worst->id);
+}
+
+void lum_measure_print_power(const struct lum_measured *measured, size_t n, const struct lum_load *load)
+{
+    const struct lum_measured *room = lum_report_room(measured, n);
+    char unknown[LUM_POWER_TEXT];
+    if (!room || load->n_on == 0)
+        return;
+    struct lum_power p = lum_power_of(load, &room->desc, &room->result);
+    lum_power_unknown(load, unknown);
+    if (isnan(p.w_per_m2)) {
+        printf("Power not known: no lamp's file says it, of %s\n", unknown);
+        return;
+    }
+    printf("Power %.4g W, %.3g W/m2 over %.4g m2", load->watts, p.w_per_m2, p.floor_m2);
+    if (isfinite(p.w_per_m2_100_lx.value))
+        printf(", %.3g W/m2 +/- %.2g for each 100 lx", p.w_per_m2_100_lx.value, p.w_per_m2_100_lx.stderr_of);
+    if (load->n_unknown > 0)
+        printf("; without %u of %u lamps, whose power is not known: %s", load->n_unknown, load->n_on, unknown);
+    putchar('\n');
+}
+
 /* ---- files ---- */
 
 static bool close_file(FILE *f, const char *path, bool ok, struct lum_proto_error *err)
@@ -154,64 +205,101 @@ static bool close_file(FILE *f, const char *path, bool ok, struct lum_proto_erro
     return ok || lum_proto_fail(err, LUM_PROTO_APPLICATION, "io", "", "cannot write %.150s: %s", path, strerror(errno));
 }
 
-/* A point that is left out has no value. An observer is one row, with its UGR in place of lux. */
+static bool write_value(FILE *f, double value, double error)
+{
+    return (isfinite(value) ? fprintf(f, "%.6g,%.3g\n", value, error) : fputs(",\n", f)) >= 0;
+}
+
+static bool write_place(FILE *f, const struct lum_measured *m, const char *quantity, uint32_t i)
+{
+    struct lum_vec3d p = lum_sensor_point(m->sensor, i);
+    return (!m->id || fprintf(f, "%s,", m->id) > 0) &&
+           (!(m->id || m->desc.modelling) || fprintf(f, "%s,", quantity) > 0) &&
+           fprintf(f, "%.6g,%.6g,%.6g,", p.x, p.y, p.z) > 0;
+}
+
+/* An observer has a row of UGR and one of DGP. */
+static bool write_glare(FILE *f, const struct lum_measured *m)
+{
+    return write_place(f, m, "ugr", 0) && write_value(f, m->result.ugr.ugr, m->result.ugr.stderr_of) &&
+           write_place(f, m, "dgp", 0) && write_value(f, m->result.dgp.dgp, m->result.dgp.stderr_of);
+}
+
+/* One that is left out has no value. */
+static bool write_point(FILE *f, const struct lum_measured *m, enum lum_meter_kind quantity, uint32_t i,
+                        struct lum_meter_reading r)
+{
+    return write_place(f, m, lum_sensor_quantity_names[quantity], i) &&
+           write_value(f, lum_sensor_left_out(r.clearance) ? (double)NAN : r.lx, r.stderr_lx);
+}
+
+/* With modelling the points come twice: a row of a plane each, then of a cylinder each. */
 static bool write_rows(FILE *f, const struct lum_measured *m)
 {
     uint32_t nu, nv;
     bool ok = true;
+    if (m->desc.kind == LUM_SENSOR_OBSERVER)
+        return write_glare(f, m);
     lum_sensor_size(m->sensor, &nu, &nv);
-    for (uint32_t i = 0; ok && i < nu * nv; i++) {
-        struct lum_vec3d p = lum_sensor_point(m->sensor, i);
-        struct lum_meter_reading r = lum_sensor_reading(m->sensor, i);
-        if (m->id)
-            ok = fprintf(f, "%s,%s,", m->id,
-                         m->desc.kind == LUM_SENSOR_OBSERVER ? "ugr" : lum_sensor_quantity_names[m->desc.quantity]) > 0;
-        ok = ok && fprintf(f, "%.6g,%.6g,%.6g,", p.x, p.y, p.z) > 0;
-        if (m->desc.kind == LUM_SENSOR_OBSERVER)
-            r = (struct lum_meter_reading){LUM_CLEARANCE_FREE, m->result.ugr.ugr, m->result.ugr.stderr_of};
-        if (lum_sensor_left_out(r.clearance) || !isfinite(r.lx))
-            ok = ok && fputs(",\n", f) >= 0;
-        else
-            ok = ok && fprintf(f, "%.6g,%.3g\n", r.lx, r.stderr_lx) > 0;
-    }
+    for (uint32_t i = 0; ok && i < nu * nv; i++)
+        ok = write_point(f, m, m->desc.quantity, i, lum_sensor_reading(m->sensor, i));
+    for (uint32_t i = 0; ok && m->desc.modelling && i < nu * nv; i++)
+        ok = write_point(f, m, LUM_METER_CYLINDER, i, lum_sensor_cylindrical(m->sensor, i));
     return ok;
 }
 
 bool lum_measure_write_csv(const char *path, const struct lum_measured *measured, size_t n, struct lum_proto_error *err)
 {
     FILE *f = fopen(path, "wb");
-    bool ok = f && fputs(n > 0 && measured[0].id ? "sensor,quantity,x_m,y_m,z_m,value,stderr\n"
-                                                 : "x_m,y_m,z_m,lx,stderr_lx\n",
-                         f) >= 0;
+    const char *head = n > 0 && measured[0].id               ? "sensor,quantity,x_m,y_m,z_m,value,stderr\n"
+                       : n > 0 && measured[0].desc.modelling ? "quantity,x_m,y_m,z_m,lx,stderr_lx\n"
+                                                             : "x_m,y_m,z_m,lx,stderr_lx\n";
+    bool ok = f && fputs(head, f) >= 0;
     for (size_t i = 0; ok && i < n; i++)
         ok = write_rows(f, &measured[i]);
     return close_file(f, path, ok, err);
 }
 
-static bool add_measured(cJSON *o, const struct lum_measured *m)
+/* load: NULL but of the one over whose floor it is told. */
+static bool add_measured(cJSON *o, const struct lum_measured *m, const struct lum_load *load)
 {
     bool ok = !m->id || lum_json_add_string(o, "id", m->id);
     ok = ok && lum_sensor_add_result(o, &m->desc, m->sensor, &m->result, &m->targets);
+    if (ok && load) {
+        struct lum_power power = lum_power_of(load, &m->desc, &m->result);
+        ok = lum_power_add(o, &power);
+    }
     if (ok && m->desc.kind != LUM_SENSOR_OBSERVER)
-        ok = lum_json_add(o, "points", lum_sensor_points_json(m->sensor));
+        ok = lum_json_add(o, "points", lum_sensor_points_json(&m->desc, m->sensor));
     return ok;
 }
 
-bool lum_measure_write_json(const char *path, const char *scene, const struct lum_measured *measured, size_t n,
-                            struct lum_proto_error *err)
+/* Their ids. */
+static bool add_worst(cJSON *to, const struct lum_measured *measured, size_t n)
 {
+    size_t n_observers;
+    const struct lum_measured *ugr = lum_report_worst(measured, n, false, &n_observers),
+                              *dgp = lum_report_worst(measured, n, true, &n_observers);
+    return (!ugr || lum_json_add_string(to, "worst_ugr", ugr->id)) &&
+           (!dgp || lum_json_add_string(to, "worst_dgp", dgp->id));
+}
+
+bool lum_measure_write_json(const char *path, const char *scene, const struct lum_measured *measured, size_t n,
+                            const struct lum_load *load, struct lum_proto_error *err)
+{
+    const struct lum_measured *room = lum_report_room(measured, n);
     cJSON *o = cJSON_CreateObject();
     bool ok = lum_json_add_string(o, "scene", scene);
     if (n == 1 && !measured[0].id) {
-        ok = ok && add_measured(o, &measured[0]);
+        ok = ok && add_measured(o, &measured[0], room ? load : NULL);
     } else {
         cJSON *list = cJSON_CreateArray();
         for (size_t i = 0; ok && i < n; i++) {
             cJSON *one = cJSON_CreateObject();
-            ok = add_measured(one, &measured[i]);
+            ok = add_measured(one, &measured[i], room == &measured[i] ? load : NULL);
             ok = lum_json_add(list, NULL, one) && ok;
         }
-        ok = lum_json_add(o, "sensors", list) && ok;
+        ok = lum_json_add(o, "sensors", list) && add_worst(o, measured, n) && ok;
     }
     char *text = ok ? lum_json_print(o, NULL) : NULL;
     cJSON_Delete(o);

@@ -11,6 +11,7 @@
 #include "protocol/record/field.h"
 #include "server/base/log.h"
 #include "server/director/internal.h"
+#include "server/report/power.h"
 #include "server/world/sensors.h"
 #include "server/world/work_plane.h"
 
@@ -99,12 +100,13 @@ static struct entry *create_entry(struct lum_director *d, const struct lum_recor
     return NULL;
 }
 
-/* Does the sensor still measure the same? Its name and targets may differ. */
+/* Does the sensor still measure the same? Its name, its targets and the room's floor may differ. */
 static bool same_place(const struct lum_record *a, const struct lum_record *b)
 {
     const struct lum_fields *t = lum_fields_of(LUM_RECORD_SENSOR);
     for (size_t i = 0; i < t->n; i++)
         if (strncmp(t->fields[i].name, "target_", 7) != 0 && strcmp(t->fields[i].name, "name") != 0 &&
+            strcmp(t->fields[i].name, "floor_m2") != 0 &&
             !lum_field_equal(&t->fields[i], lum_record_body(a), lum_record_body(b)))
             return false;
     return true;
@@ -120,6 +122,7 @@ static void take_record(void *user, const struct lum_record *r)
     if (e && e->record != r && same_place(e->record, r)) {
         lum_record_unref(e->record);
         e->record = lum_record_ref((struct lum_record *)(uintptr_t)r);
+        e->desc = lum_sensor_desc_of(r);
         e->news = e->known;
     }
     if (e && e->record == r) {
@@ -180,14 +183,39 @@ static bool add_values(cJSON *o, const struct entry *e)
     return lum_json_add(o, "lx", lx) && ok;
 }
 
-static cJSON *entry_json(const struct entry *e)
+/* Over whose floor power is told: the largest work plane's. */
+static const struct entry *room_of(const struct lum_director_sensors *s)
+{
+    const struct entry *room = NULL;
+    double most = 0.0;
+    for (const struct entry *e = s ? s->entries : NULL; e; e = e->next) {
+        double floor_m2 = lum_power_floor(&e->desc);
+        if (!(floor_m2 > most))
+            continue;
+        most = floor_m2;
+        room = e;
+    }
+    return room;
+}
+
+static bool add_power(const struct lum_director *d, cJSON *o, const struct entry *e)
+{
+    struct lum_load load;
+    if (e != room_of(d->sensors))
+        return true;
+    lum_load_of(&d->world, &load);
+    struct lum_power power = lum_power_of(&load, &e->desc, &e->result);
+    return lum_power_add(o, &power);
+}
+
+static cJSON *entry_json(const struct lum_director *d, const struct entry *e)
 {
     struct lum_sensor_targets targets = lum_sensor_targets_of(e->record);
     cJSON *o = cJSON_CreateObject();
     bool ok = lum_json_add_string(o, "id", e->record->id) &&
               lum_json_add_number(o, "scene_rev", (double)e->result_rev) &&
               lum_json_add_bool(o, "settled", e->stage == STAGE_SETTLED && e->result_rev == e->scene_rev) &&
-              lum_sensor_add_result(o, &e->desc, e->sensor, &e->result, &targets);
+              lum_sensor_add_result(o, &e->desc, e->sensor, &e->result, &targets) && add_power(d, o, e);
     if (ok)
         return o;
     cJSON_Delete(o);
@@ -201,7 +229,7 @@ static void tell(struct lum_director *d, int64_t now)
         cJSON *o = cJSON_CreateObject(), *list = cJSON_CreateArray();
         bool ok = list != NULL;
         for (struct entry *e = s->entries; e; e = e->next) {
-            cJSON *one = e->news && e->known ? entry_json(e) : NULL;
+            cJSON *one = e->news && e->known ? entry_json(d, e) : NULL;
             if (one && w->points && e->desc.kind != LUM_SENSOR_OBSERVER)
                 ok = add_values(one, e) && ok;
             if (one)
@@ -462,10 +490,10 @@ static void read_sensor(struct lum_director *d, const struct lum_request *q)
     const struct entry *e = d->sensors ? find(d->sensors, q->id) : NULL;
     struct entry *fresh = e && e->record == r ? NULL : create_entry(d, r); /* its points, without values */
     const struct entry *shown = fresh ? fresh : e;
-    cJSON *o = shown && shown->known ? entry_json(shown) : cJSON_CreateObject();
+    cJSON *o = shown && shown->known ? entry_json(d, shown) : cJSON_CreateObject();
     if (!shown || !o || (!shown->known && !lum_json_add_string(o, "id", q->id)) ||
         (shown->desc.kind != LUM_SENSOR_OBSERVER &&
-         !lum_json_add(o, "points", lum_sensor_points_json(shown->sensor)))) {
+         !lum_json_add(o, "points", lum_sensor_points_json(&shown->desc, shown->sensor)))) {
         cJSON_Delete(o);
         o = NULL;
     }
@@ -510,7 +538,8 @@ static void place(struct lum_director *d, const struct lum_request *q)
     cJSON *o = cJSON_CreateObject();
     if (!lum_json_add_string(o, "kind", lum_sensor_kind_names[desc.kind]) ||
         !add_vector(o, "position", desc.position) || !add_vector(o, "u", desc.u) || !add_vector(o, "v", desc.v) ||
-        (desc.spacing_m > 0.0 && !lum_json_add_number(o, "spacing_m", desc.spacing_m))) {
+        (desc.spacing_m > 0.0 && !lum_json_add_number(o, "spacing_m", desc.spacing_m)) ||
+        (desc.floor_m2 > 0.0 && !lum_json_add_number(o, "floor_m2", desc.floor_m2))) {
         cJSON_Delete(o);
         o = NULL;
     }

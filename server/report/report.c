@@ -73,6 +73,24 @@ static void put_target(FILE *f, const char *what, double target, const struct lu
             v->passes ? "met" : "missed", v->sure ? "" : " (within noise)");
 }
 
+static bool has_dgp(const struct lum_measured *m)
+{
+    return m->desc.kind == LUM_SENSOR_OBSERVER && isfinite(m->result.dgp.dgp);
+}
+
+/* Too little light at the eye for DGP's formula. */
+static bool is_dim(const struct lum_measured *m)
+{
+    return has_dgp(m) && !(m->result.eye.value > LUM_DGP_MIN_LX);
+}
+
+/* How DGP's number is called; with an asterisk where the formula is not made for it. */
+static void put_band(FILE *f, const struct lum_measured *m)
+{
+    if (has_dgp(m))
+        fprintf(f, "%s<br>%s", is_dim(m) ? "*" : "", lum_dgp_band_names[lum_dgp_band_of(m->result.dgp.dgp)]);
+}
+
 static void put_summary_row(FILE *f, const struct lum_measured *m)
 {
     const struct lum_sensor_result *r = &m->result;
@@ -85,23 +103,69 @@ static void put_summary_row(FILE *f, const struct lum_measured *m)
     put_amount(f, many, r->least, 4);
     put_amount(f, many, r->uniformity, 3);
     put_amount(f, is_eye, (struct lum_amount){r->ugr.ugr, r->ugr.stderr_of}, 3);
+    put_amount(f, is_eye, (struct lum_amount){r->dgp.dgp, r->dgp.stderr_of}, 3);
+    put_band(f, m);
     fputs("<td>", f);
     put_target(f, "E<sub>m</sub>", m->targets.lx, &v.lx, "&ge;");
     put_target(f, "U<sub>o</sub>", m->targets.uo, &v.uo, "&ge;");
     put_target(f, "UGR", m->targets.ugr, &v.ugr, "&le;");
+    put_target(f, "DGP", m->targets.dgp, &v.dgp, "&le;");
     fputs("</tr>\n", f);
+}
+
+static void put_worst(FILE *f, const struct lum_report *p, bool by_day)
+{
+    size_t n;
+    const struct lum_measured *worst = lum_report_worst(p->measured, p->n, by_day, &n);
+    if (!worst)
+        return;
+    fprintf(f, "<p>Worst %s of %zu observers: ", by_day ? "DGP" : "UGR", n);
+    put_number(f, by_day ? worst->result.dgp.dgp : worst->result.ugr.ugr, 3);
+    fputs(", of ", f);
+    put_name(f, worst);
+    fputs(".</p>\n", f);
+}
+
+static void put_modelling(FILE *f, const struct lum_measured *m)
+{
+    const struct lum_sensor_result *r = &m->result;
+    if (!m->desc.modelling || !isfinite(r->modelling.value))
+        return;
+    fputs("<p>", f);
+    put_name(f, m);
+    fputs(": modelling E<sub>z</sub> / E<sub>m</sub> = ", f);
+    put_number(f, r->modelling.value, 3);
+    fputs(" &plusmn; ", f);
+    put_number(f, r->modelling.stderr_of, 2);
+    fprintf(f, ", %s %.2f to %.2f as EN 12464-1 recommends; cylindrical illuminance E<sub>z</sub> ",
+            lum_modelling_in_range(r) ? "within" : "<span class=\"misses\">not within</span>", LUM_MODELLING_LEAST,
+            LUM_MODELLING_MOST);
+    put_number(f, r->cylindrical.value, 4);
+    fputs(" &plusmn; ", f);
+    put_number(f, r->cylindrical.stderr_of, 2);
+    fputs(" lx in the mean.</p>\n", f);
 }
 
 static void put_summary(FILE *f, const struct lum_report *p)
 {
     fputs("<h2>Results</h2>\n<table>\n<tr><th>sensor<th>illuminance<th class=\"n\">E<sub>m</sub>, lx<th class=\"n\">"
-          "E<sub>min</sub>, lx<th class=\"n\">U<sub>o</sub><th class=\"n\">UGR<th>wanted</tr>\n",
+          "E<sub>min</sub>, lx<th class=\"n\">U<sub>o</sub><th class=\"n\">UGR<th class=\"n\">DGP<th>wanted</tr>\n",
           f);
     for (size_t i = 0; i < p->n; i++)
         put_summary_row(f, &p->measured[i]);
     fputs("</table>\n<p>Each value &plusmn; its standard error. E<sub>m</sub>: mean; E<sub>min</sub>: least; "
-          "U<sub>o</sub> = E<sub>min</sub> / E<sub>m</sub>; UGR by formula (CIE 117).</p>\n",
+          "U<sub>o</sub> = E<sub>min</sub> / E<sub>m</sub>; UGR by formula (CIE 117); DGP: daylight glare probability, "
+          "up to 0.35 imperceptible, to 0.40 perceptible, to 0.45 disturbing, beyond intolerable.</p>\n",
           f);
+    put_worst(f, p, false);
+    put_worst(f, p, true);
+    for (size_t i = 0; i < p->n; i++)
+        put_modelling(f, &p->measured[i]);
+    bool any_dim = false;
+    for (size_t i = 0; i < p->n; i++)
+        any_dim = any_dim || is_dim(&p->measured[i]);
+    if (any_dim)
+        fprintf(f, "<p>* DGP is made for more than %g lx at the eye, and there is less.</p>\n", LUM_DGP_MIN_LX);
 }
 
 /* ---- pictures ---- */
@@ -250,22 +314,53 @@ static void put_lamps(FILE *f, const struct lum_schedule_row *r)
 
 static void put_total(FILE *f, const struct lum_schedule *s)
 {
-    fprintf(f, "<tfoot><tr><td>All that are on<td><td><td class=\"n\">%u<td class=\"n\">", s->n_on);
+    fprintf(f, "<tfoot><tr><td>All that are on<td><td><td class=\"n\">%u<td class=\"n\">", s->load.n_on);
     put_number(f, s->flux_lm, 4);
     fputs(" lm<td class=\"n\">", f);
-    if (s->n_on_without_watts < s->n_on) {
-        put_number(f, s->watts, 4);
-        fputs(s->n_on_without_watts > 0 ? " W*" : " W", f);
+    if (s->load.n_unknown < s->load.n_on) {
+        put_number(f, s->load.watts, 4);
+        fputs(s->load.n_unknown > 0 ? " W*" : " W", f);
     }
     fputs("<td></tr></tfoot></table>\n", f);
-    if (s->n_on_without_watts < s->n_on)
+    if (s->load.n_unknown < s->load.n_on)
         fputs("<p>Watts are those of the luminaires' files, undimmed.</p>\n", f);
-    if (s->n_on_without_watts > 0 && s->n_on_without_watts < s->n_on)
-        fprintf(f, "<p>* Without %u whose power is not known.</p>\n", s->n_on_without_watts);
+    char unknown[LUM_POWER_TEXT];
+    lum_power_unknown(&s->load, unknown);
+    if (s->load.n_unknown > 0 && s->load.n_unknown < s->load.n_on) {
+        fprintf(f, "<p>* Without %u whose power is not known: ", s->load.n_unknown);
+        lum_page_text(f, unknown);
+        fputs("</p>\n", f);
+    }
 }
 
-static void put_luminaires(FILE *f, const struct lum_schedule *s)
+static void put_density(FILE *f, const struct lum_report *p)
 {
+    const struct lum_measured *room = lum_report_room(p->measured, p->n);
+    if (!room || p->schedule->load.n_on == 0)
+        return;
+    struct lum_power power = lum_power_of(&p->schedule->load, &room->desc, &room->result);
+    if (isnan(power.w_per_m2))
+        return;
+    fputs("<p>Power over the floor of \"", f);
+    put_name(f, room);
+    fputs("\", ", f);
+    put_number(f, power.floor_m2, 3);
+    fputs(" m<sup>2</sup>: ", f);
+    put_number(f, power.w_per_m2, 3);
+    fprintf(f, " W/m<sup>2</sup>%s", power.load.n_unknown > 0 ? "*" : "");
+    if (isfinite(power.w_per_m2_100_lx.value)) {
+        fputs(", or ", f);
+        put_number(f, power.w_per_m2_100_lx.value, 3);
+        fputs(" &plusmn; ", f);
+        put_number(f, power.w_per_m2_100_lx.stderr_of, 2);
+        fputs(" for each 100 lx of its E<sub>m</sub>", f);
+    }
+    fputs(".</p>\n", f);
+}
+
+static void put_luminaires(FILE *f, const struct lum_report *p)
+{
+    const struct lum_schedule *s = p->schedule;
     fputs("<section><h2>Luminaires</h2>\n", f);
     if (s->n == 0)
         fputs("<p>None.</p>\n", f);
@@ -278,6 +373,7 @@ static void put_luminaires(FILE *f, const struct lum_schedule *s)
         put_lamps(f, &s->rows[i]);
     if (s->n > 0)
         put_total(f, s);
+    put_density(f, p);
     fputs("</section>\n", f);
 }
 
@@ -313,8 +409,42 @@ static enum lum_status put_page(FILE *f, const struct lum_report *p, struct lum_
     for (size_t i = 0; i < p->n && !st; i++)
         st = put_plan(f, &p->measured[i], err);
     if (!st)
-        put_luminaires(f, p->schedule);
+        put_luminaires(f, p);
     return st;
+}
+
+const struct lum_measured *lum_report_room(const struct lum_measured *measured, size_t n)
+{
+    const struct lum_measured *room = NULL;
+    double most = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        double floor_m2 = lum_power_floor(&measured[i].desc);
+        if (!(floor_m2 > most))
+            continue;
+        most = floor_m2;
+        room = &measured[i];
+    }
+    return room;
+}
+
+const struct lum_measured *lum_report_worst(const struct lum_measured *measured, size_t n, bool by_day,
+                                            size_t *ret_observers)
+{
+    const struct lum_measured *worst = NULL;
+    double most = -(double)INFINITY;
+    *ret_observers = 0;
+    for (size_t i = 0; i < n; i++) {
+        const struct lum_sensor_result *r = &measured[i].result;
+        if (measured[i].desc.kind != LUM_SENSOR_OBSERVER)
+            continue;
+        ++*ret_observers;
+        double glare = by_day ? r->dgp.dgp : r->ugr.ugr;
+        if (!isfinite(glare) || !(glare > most))
+            continue;
+        most = glare;
+        worst = &measured[i];
+    }
+    return *ret_observers > 1 ? worst : NULL;
 }
 
 enum lum_status lum_report_write(const struct lum_report *p, char **ret_html, size_t *ret_n, struct lum_error *err)

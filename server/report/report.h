@@ -4,7 +4,7 @@
 #define LUM_SERVER_REPORT_REPORT_H
 
 #include "server/report/annotate.h"
-#include "server/report/schedule.h"
+#include "server/report/power.h"
 #include "server/world/sensors.h"
 
 struct lum_measured {
@@ -15,6 +15,13 @@ struct lum_measured {
     struct lum_sensor *sensor;
     struct lum_sensor_result result;
 };
+
+/* The one over whose floor power is reckoned; NULL: none is a work plane. */
+const struct lum_measured *lum_report_room(const struct lum_measured *measured, size_t n);
+
+/* The observer that is glared most, by UGR or, by_day, by DGP. NULL: there are not two to compare. */
+const struct lum_measured *lum_report_worst(const struct lum_measured *measured, size_t n, bool by_day,
+                                            size_t *ret_observers);
 
 enum { LUM_REPORT_PICTURE, LUM_REPORT_ILLUMINANCE, LUM_REPORT_PICTURES };
 #define LUM_REPORT_PICTURE_W 900u

@@ -56,6 +56,42 @@ static bool is_same(double a, double b)
     return (isnan(a) && isnan(b)) || fabs(a - b) <= 1e-3 * fmax(fabs(a), fabs(b));
 }
 
+static void name_unknown(struct lum_load *load, const struct lum_schedule_row *row)
+{
+    uint32_t i = 0;
+    while (i < load->n_names && strcmp(load->names[i].what, row->what) != 0)
+        i++;
+    if (i == LUM_LOAD_NAMES)
+        return;
+    if (i == load->n_names) {
+        snprintf(load->names[i].what, sizeof load->names[i].what, "%s", row->what);
+        snprintf(load->names[i].first, sizeof load->names[i].first, "%s", row->first);
+        load->n_names++;
+    }
+    load->names[i].n++;
+}
+
+static void add_load(struct lum_load *load, const struct lum_schedule_row *row)
+{
+    load->n_on++;
+    if (!isnan(row->watts)) {
+        load->watts += row->watts;
+        return;
+    }
+    load->n_unknown++;
+    name_unknown(load, row);
+}
+
+void lum_load_of(const struct lum_world *w, struct lum_load *ret)
+{
+    *ret = (struct lum_load){0};
+    for (uint32_t i = 0; i < w->snapshot->lights.n_lights; i++) {
+        struct lum_schedule_row row;
+        if (w->snapshot->lights.lights[i].on && describe(w, i, &row))
+            add_load(ret, &row);
+    }
+}
+
 static void add(struct lum_schedule *s, const struct lum_schedule_row *row)
 {
     size_t i = 0;
@@ -70,10 +106,8 @@ static void add(struct lum_schedule *s, const struct lum_schedule_row *row)
     }
     if (!row->n_on)
         return;
-    s->n_on++;
     s->flux_lm += row->flux_lm;
-    s->watts += isnan(row->watts) ? 0.0 : row->watts;
-    s->n_on_without_watts += isnan(row->watts);
+    add_load(&s->load, row);
 }
 
 enum lum_status lum_schedule_make(const struct lum_world *w, struct lum_schedule *ret_schedule, struct lum_error *err)

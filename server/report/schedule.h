@@ -12,11 +12,24 @@ struct lum_schedule_row {
     double watts;   /* of each, as its file says; NAN: unknown */
 };
 
+/* What all that are on take together. Some are not known: those of a kind are named by the first of them. */
+#define LUM_LOAD_NAMES 4u
+struct lum_load {
+    double watts; /* of those that are known, undimmed */
+    uint32_t n_on, n_unknown, n_names;
+    struct {
+        char what[128], first[LUM_ID_MAX + 1];
+        uint32_t n;
+    } names[LUM_LOAD_NAMES];
+};
+/* Of the published scene. */
+void lum_load_of(const struct lum_world *world, struct lum_load *ret_load);
+
 struct lum_schedule {
     struct lum_schedule_row *rows; /* in the order of their first light */
     size_t n;
-    double flux_lm, watts; /* of all that are on; watts: of those that tell */
-    uint32_t n_on, n_on_without_watts;
+    double flux_lm; /* of all that are on */
+    struct lum_load load;
 };
 
 /* Of the published scene. Lamps and objects that shine; daylight and light from infinitely far is none. */

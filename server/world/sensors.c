@@ -21,6 +21,25 @@ const char *const lum_sensor_quantity_names[] = {
     [LUM_METER_EYE] = NULL,
 };
 
+#define MODELLING "modelling" /* a plane, and cylinders too */
+
+const char *lum_sensor_quantity_name(const struct lum_sensor_desc *d)
+{
+    return d->modelling ? MODELLING : d->kind == LUM_SENSOR_OBSERVER ? NULL : lum_sensor_quantity_names[d->quantity];
+}
+
+bool lum_modelling_in_range(const struct lum_sensor_result *r)
+{
+    return r->modelling.value >= LUM_MODELLING_LEAST && r->modelling.value <= LUM_MODELLING_MOST;
+}
+
+const char *const lum_dgp_band_names[] = {
+    [LUM_DGP_IMPERCEPTIBLE] = "imperceptible",
+    [LUM_DGP_PERCEPTIBLE] = "perceptible",
+    [LUM_DGP_DISTURBING] = "disturbing",
+    [LUM_DGP_INTOLERABLE] = "intolerable",
+};
+
 const char *lum_sensor_quantity_of(const struct lum_sensor_desc *d)
 {
     if (d->quantity != LUM_METER_PLANE)
@@ -67,22 +86,24 @@ struct lum_sensor_desc lum_sensor_desc_of(const struct lum_record *r)
                                 .v = vec3d(s->v),
                                 .normal = direction(s->normal),
                                 .facing = direction(s->direction),
-                                .spacing_m = s->spacing_m.set ? s->spacing_m.value : 0.0};
+                                .spacing_m = s->spacing_m.set ? s->spacing_m.value : 0.0,
+                                .floor_m2 = s->floor_m2.set ? s->floor_m2.value : 0.0};
     for (int k = LUM_SENSOR_POINT; k <= LUM_SENSOR_OBSERVER; k++)
         if (strcmp(s->kind, lum_sensor_kind_names[k]) == 0)
             d.kind = (enum lum_sensor_kind)k;
     for (int q = LUM_METER_PLANE; q <= LUM_METER_HALF_CYLINDER; q++)
         if (strcmp(s->quantity, lum_sensor_quantity_names[q]) == 0)
             d.quantity = (enum lum_meter_kind)q;
+    d.modelling = d.kind != LUM_SENSOR_OBSERVER && strcmp(s->quantity, MODELLING) == 0;
     return d;
 }
 
 struct lum_sensor_targets lum_sensor_targets_of(const struct lum_record *r)
 {
     const struct lum_record_sensor *s = &r->sensor;
-    return (struct lum_sensor_targets){s->target_lx.set ? s->target_lx.value : 0.0,
-                                       s->target_uo.set ? s->target_uo.value : 0.0,
-                                       s->target_ugr.set ? s->target_ugr.value : 0.0};
+    return (struct lum_sensor_targets){
+        s->target_lx.set ? s->target_lx.value : 0.0, s->target_uo.set ? s->target_uo.value : 0.0,
+        s->target_ugr.set ? s->target_ugr.value : 0.0, s->target_dgp.set ? s->target_dgp.value : 0.0};
 }
 
 /* ---- targets ---- */
@@ -99,7 +120,8 @@ static struct lum_verdict judge(const struct lum_amount *is, double target, bool
 struct lum_sensor_verdicts lum_sensor_judge(const struct lum_sensor_result *r, const struct lum_sensor_targets *t)
 {
     return (struct lum_sensor_verdicts){judge(&r->mean, t->lx, false), judge(&r->uniformity, t->uo, false),
-                                        judge(&(struct lum_amount){r->ugr.ugr, r->ugr.stderr_of}, t->ugr, true)};
+                                        judge(&(struct lum_amount){r->ugr.ugr, r->ugr.stderr_of}, t->ugr, true),
+                                        judge(&(struct lum_amount){r->dgp.dgp, r->dgp.stderr_of}, t->dgp, true)};
 }
 
 /* ---- JSON ---- */
@@ -124,7 +146,7 @@ static bool add_verdicts(cJSON *to, const struct lum_sensor_result *r, const str
 {
     struct lum_sensor_verdicts v = lum_sensor_judge(r, t);
     cJSON *o = cJSON_CreateObject();
-    bool ok = observer ? add_verdict(o, "ugr", &v.ugr, t->ugr)
+    bool ok = observer ? add_verdict(o, "ugr", &v.ugr, t->ugr) && add_verdict(o, "dgp", &v.dgp, t->dgp)
                        : add_verdict(o, "em", &v.lx, t->lx) && add_verdict(o, "uo", &v.uo, t->uo);
     return lum_json_add(to, "targets", o) && ok;
 }
@@ -138,6 +160,23 @@ static bool add_glare(cJSON *o, const struct lum_sensor_result *r)
            lum_json_add_number(o, "lamps_without_extent", r->glare.n_points);
 }
 
+static bool add_glare_by_day(cJSON *o, const struct lum_sensor_result *r)
+{
+    bool known = !isnan(r->dgp.dgp);
+    return lum_json_add_number(o, "dgp", r->dgp.dgp) && lum_json_add_number(o, "dgp_stderr", r->dgp.stderr_of) &&
+           add_amount(o, "eye_lx", "eye_stderr_lx", &r->eye) &&
+           (!known || (lum_json_add_string(o, "dgp_band", lum_dgp_band_names[lum_dgp_band_of(r->dgp.dgp)]) &&
+                       lum_json_add_number(o, "dgp_sources", r->n_bright) &&
+                       lum_json_add_bool(o, "dgp_in_range", r->eye.value > LUM_DGP_MIN_LX)));
+}
+
+static bool add_modelling(cJSON *o, const struct lum_sensor_result *r)
+{
+    return add_amount(o, "ez_lx", "ez_stderr_lx", &r->cylindrical) &&
+           add_amount(o, "modelling", "modelling_stderr", &r->modelling) &&
+           lum_json_add_bool(o, "modelling_in_range", lum_modelling_in_range(r));
+}
+
 bool lum_sensor_add_result(cJSON *o, const struct lum_sensor_desc *desc, const struct lum_sensor *sensor,
                            const struct lum_sensor_result *r, const struct lum_sensor_targets *targets)
 {
@@ -145,34 +184,45 @@ bool lum_sensor_add_result(cJSON *o, const struct lum_sensor_desc *desc, const s
     if (!lum_json_add_string(o, "kind", lum_sensor_kind_names[desc->kind]))
         return false;
     if (observer)
-        return add_glare(o, r) && add_verdicts(o, r, targets, true);
+        return add_glare(o, r) && add_glare_by_day(o, r) && add_verdicts(o, r, targets, true);
     uint32_t nu, nv;
     lum_sensor_size(sensor, &nu, &nv);
-    return lum_json_add_string(o, "quantity", lum_sensor_quantity_names[desc->quantity]) &&
-           lum_json_add_number(o, "nu", nu) && lum_json_add_number(o, "nv", nv) &&
-           lum_json_add_number(o, "left_out", r->n_covered + r->n_inside) &&
+    return lum_json_add_string(o, "quantity", lum_sensor_quantity_name(desc)) && lum_json_add_number(o, "nu", nu) &&
+           lum_json_add_number(o, "nv", nv) && lum_json_add_number(o, "left_out", r->n_covered + r->n_inside) &&
            add_amount(o, "em_lx", "em_stderr_lx", &r->mean) && add_amount(o, "emin_lx", "emin_stderr_lx", &r->least) &&
            add_amount(o, "emax_lx", "emax_stderr_lx", &r->most) && add_amount(o, "uo", "uo_stderr", &r->uniformity) &&
-           add_verdicts(o, r, targets, false);
+           (!desc->modelling || add_modelling(o, r)) && add_verdicts(o, r, targets, false);
 }
 
-cJSON *lum_sensor_points_json(const struct lum_sensor *sensor)
+static bool add_point(cJSON *o, const struct lum_sensor *sensor, uint32_t i, bool modelling)
+{
+    struct lum_vec3d p = lum_sensor_point(sensor, i);
+    struct lum_meter_reading is = lum_sensor_reading(sensor, i);
+    const double at[3] = {p.x, p.y, p.z};
+    const char *why = lum_sensor_left_out(is.clearance);
+    if (!lum_json_add(o, "point", cJSON_CreateDoubleArray(at, 3)))
+        return false;
+    if (why)
+        return lum_json_add_string(o, "left_out", why);
+    if (is.stderr_lx >= 0.0 &&
+        !(lum_json_add_number(o, "lx", is.lx) && lum_json_add_number(o, "stderr_lx", is.stderr_lx)))
+        return false;
+    if (!modelling)
+        return true;
+    is = lum_sensor_cylindrical(sensor, i);
+    return is.stderr_lx < 0.0 ||
+           (lum_json_add_number(o, "ez_lx", is.lx) && lum_json_add_number(o, "ez_stderr_lx", is.stderr_lx));
+}
+
+cJSON *lum_sensor_points_json(const struct lum_sensor_desc *desc, const struct lum_sensor *sensor)
 {
     cJSON *list = cJSON_CreateArray();
     uint32_t nu, nv;
     bool ok = list != NULL;
     lum_sensor_size(sensor, &nu, &nv);
     for (uint32_t i = 0; ok && i < nu * nv; i++) {
-        struct lum_vec3d p = lum_sensor_point(sensor, i);
-        struct lum_meter_reading is = lum_sensor_reading(sensor, i);
-        const double at[3] = {p.x, p.y, p.z};
-        const char *why = lum_sensor_left_out(is.clearance);
         cJSON *o = cJSON_CreateObject();
-        ok = lum_json_add(o, "point", cJSON_CreateDoubleArray(at, 3));
-        if (ok && why)
-            ok = lum_json_add_string(o, "left_out", why);
-        else if (ok && is.stderr_lx >= 0.0)
-            ok = lum_json_add_number(o, "lx", is.lx) && lum_json_add_number(o, "stderr_lx", is.stderr_lx);
+        ok = add_point(o, sensor, i, desc->modelling);
         ok = lum_json_add(list, NULL, o) && ok;
     }
     if (ok)

@@ -75,5 +75,7 @@ bool lum_work_plane_place(const struct lum_world *world, const struct lum_work_p
                                          .v = {0.0, 0.0, z1 - z0},
                                          .normal = {0.0f, 1.0f, 0.0f},
                                          .facing = {0.0f, 0.0f, -1.0f}};
+    if (!plane->on && !plane->area)
+        ret_desc->floor_m2 = (all.hi.x - all.lo.x) * (all.hi.z - all.lo.z);
     return true;
 }

@@ -12,8 +12,9 @@ struct lum_work_plane {
     double border_m;    /* left out along the sides; of an area nothing is */
 };
 
-/* Fills kind, position, u, v and normal. The ground is looked for downwards from the middle of the scene's height: the
- * lowest that is met, so that the thickness of a floor is not in it, nor furniture. False: err names what is wrong. */
+/* Fills kind, position, u, v, normal, and of the whole scene floor_m2, the border with it. The ground is looked for
+ * downwards from the middle of the scene's height: the lowest that is met, so that the thickness of a floor is not in
+ * it, nor furniture. False: err names what is wrong. */
 bool lum_work_plane_place(const struct lum_world *world, const struct lum_work_plane *plane,
                           struct lum_sensor_desc *ret_desc, struct lum_proto_error *err);
 

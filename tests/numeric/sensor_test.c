@@ -221,6 +221,39 @@ static void clearance_is_found_anew_at_rest(void **state)
     rig_end(&r);
 }
 
+/* Under a bulb right above, light falls on no cylinder, and beside it on both: two points at 1 m to either side of the
+ * foot, 2 m below: I cos / r^2 and I sin / (pi r^2), whose ratio is tan / pi = 0.5 / pi. Points left out have neither.
+ */
+static void modelling_is_the_ratio_of_means(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 1);
+    rig_square(&r, "crumb", 0.01);
+    rig_diffuse_object(&r, "crumb", "grey", 0.5f, rig_v(0, -20, 0));
+    rig_bulb(&r, "bulb", rig_v(0, 2, 0), 1000);
+    rig_commit(&r);
+    struct lum_sensor *s = sensor_in(&r, &(struct lum_sensor_desc){.kind = LUM_SENSOR_LINE,
+                                                                   .modelling = true,
+                                                                   .u = {4, 0, 0},
+                                                                   .normal = {0, 1, 0},
+                                                                   .facing = {1, 0, 0},
+                                                                   .spacing_m = 2});
+    struct lum_sensor_result none, at_once = glance(&r, s), at_rest = settle(&r, s, &one_percent);
+    double r2 = 5, plane = 1000 / r2 * 2 / sqrt(r2), cylinder = 1000 / r2 * 1 / sqrt(r2) / PI;
+    assert_int_equal(at_rest.n, 2);
+    expect("horizontal", &at_rest.mean, plane);
+    expect("cylindrical", &at_rest.cylindrical, cylinder);
+    expect("modelling", &at_rest.modelling, 0.5 / PI);
+    expect("modelling at a glance", &at_once.modelling, 0.5 / PI);
+    assert_true(fabs(lum_sensor_cylindrical(s, 1).lx / cylinder - 1) < 0.05);
+    lum_sensor_aim(s, r.snapshot);
+    assert_false(lum_sensor_result(s, &none));
+    assert_true(isnan(none.modelling.value) && isnan(none.cylindrical.value));
+    lum_sensor_destroy(s);
+    rig_end(&r);
+}
+
 static void expect_points(const struct lum_sensor_desc *d, uint32_t want_u, uint32_t want_v)
 {
     uint32_t nu, nv;
@@ -363,6 +396,7 @@ int main(void)
         cmocka_unit_test(a_glance_knows_its_error),
         cmocka_unit_test(threads_change_nothing),
         cmocka_unit_test(clearance_is_found_anew_at_rest),
+        cmocka_unit_test(modelling_is_the_ratio_of_means),
         cmocka_unit_test(points_lie_by_the_standard),
         cmocka_unit_test(position_index),
         cmocka_unit_test(one_lamp_glares_as_the_formula_says),

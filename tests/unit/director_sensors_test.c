@@ -171,6 +171,66 @@ static void points_are_read(void **state)
     cJSON_Delete(reply);
 }
 
+/* Waits until what is said of the sensor, settled and of this revision, has the member; the whole, detached. */
+static cJSON *settled_with(struct client *c, const char *id, const char *member, uint64_t rev)
+{
+    for (;; client_wait(c)) {
+        client_listen(c);
+        cJSON *is = said_of(c, id);
+        if (is && cJSON_IsTrue(cJSON_GetObjectItem(is, "settled")) && cJSON_GetObjectItem(is, member) &&
+            cJSON_GetObjectItem(is, "scene_rev")->valuedouble >= (double)rev)
+            return is;
+        cJSON_Delete(is);
+    }
+}
+
+/* The bulb says nothing of its power; a ball of 100 cd does: 64 W over a floor of 64 m2, and both give 25 lx there at
+ * most. An eye has no bright source, and its DGP is that of so little light. */
+static void power_and_glare_by_day_are_told(void **state)
+{
+    struct client *c = *state;
+    client_apply(c, lit);
+    struct lum_request *q = client_request(c, &lum_request_sensor_place);
+    q->height_m = 0.75;
+    q->border_m = 0.5;
+    cJSON *reply = client_ask(c, q), *placed = cJSON_GetObjectItem(reply, "result");
+    double u = cJSON_GetArrayItem(cJSON_GetObjectItem(placed, "u"), 0)->valuedouble,
+           v = cJSON_GetArrayItem(cJSON_GetObjectItem(placed, "v"), 2)->valuedouble;
+    assert_near(cJSON_GetObjectItem(placed, "floor_m2")->valuedouble, (u + 1.0) * (v + 1.0));
+    cJSON_Delete(reply);
+    uint64_t rev = client_apply(
+        c,
+        "[{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"room\",\"kind\":\"grid\",\"position\":[50,1,50],\"u\":[1,0,0],"
+        "\"v\":[0,0,1],\"spacing_m\":1,\"floor_m2\":64,\"quantity\":\"modelling\"},"
+        "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"eye\",\"kind\":\"observer\",\"position\":[50,1,50],"
+        "\"direction\":[0,1,-1],\"target_dgp\":0.35},"
+        "{\"op\":\"add\",\"type\":\"light\",\"id\":\"ball\",\"kind\":\"ies\",\"position\":[50,3,50],"
+        "\"web\":{\"c_deg\":[0],\"gamma_deg\":[0,180],\"candela\":[100,100],\"watts\":64}}]");
+    cJSON_Delete(watch(c, true));
+    cJSON *is = settled_with(c, "room", "power", rev);
+    const cJSON *power = cJSON_GetObjectItem(is, "power");
+    assert_near(cJSON_GetObjectItem(power, "w_per_m2")->valuedouble, 1.0);
+    assert_near(cJSON_GetObjectItem(power, "w_per_m2_100_lx")->valuedouble, 2.0);     /* of 50 lx */
+    assert_int_equal(cJSON_GetObjectItem(power, "lamps_without_watts")->valueint, 2); /* the client's scene has one */
+    assert_near(cJSON_GetObjectItem(is, "em_lx")->valuedouble, 50.0);
+    assert_true(cJSON_GetObjectItem(is, "modelling")->valuedouble < 0.01); /* right above; the other lamp is far */
+    assert_true(cJSON_IsFalse(cJSON_GetObjectItem(is, "modelling_in_range")));
+    cJSON_Delete(is);
+    is = settled_with(c, "eye", "dgp_band", rev);
+    double lx = cJSON_GetObjectItem(is, "eye_lx")->valuedouble, little = exp(0.024 * lx - 4.0);
+    assert_true(fabs(lx - 50.0 * sqrt(0.5)) < 0.5);
+    assert_near(cJSON_GetObjectItem(is, "dgp")->valuedouble, (5.87e-5 * lx + 0.159) * little / (1.0 + little));
+    assert_string_equal(cJSON_GetObjectItem(is, "dgp_band")->valuestring, "imperceptible");
+    assert_true(cJSON_IsFalse(cJSON_GetObjectItem(is, "dgp_in_range")));
+    assert_true(
+        cJSON_IsTrue(cJSON_GetObjectItem(cJSON_GetObjectItem(cJSON_GetObjectItem(is, "targets"), "dgp"), "passes")));
+    cJSON_Delete(is);
+    rev = client_apply(c, "[{\"op\":\"set\",\"id\":\"room\",\"path\":\"/floor_m2\",\"value\":32}]");
+    is = settled_with(c, "room", "power", rev); /* nothing is measured anew */
+    assert_near(cJSON_GetObjectItem(cJSON_GetObjectItem(is, "power"), "w_per_m2")->valuedouble, 2.0);
+    cJSON_Delete(is);
+}
+
 /* A ground of 3 km by 2 km, and one of 1 km by 1 m, have more points by the standard than a sensor may: what is placed
  * there says how far apart as many lie as it may have, and is accepted. */
 static void a_plane_over_a_town_is_placed(void **state)
@@ -294,6 +354,7 @@ static void nothing_is_known_once_nobody_watches(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(power_and_glare_by_day_are_told, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(values_follow_edits, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_report_is_of_one_revision, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(values_of_an_older_revision_hold_where_light_is_the_same, client_setup,

@@ -206,7 +206,9 @@ static void sensors_of_the_scene_are_measured(void **state)
     assert_int_equal(cli_member(b, "lamps_without_extent")->valueint, 1);
     assert_true(cJSON_IsNull(cli_member(b, "ugr"))); /* nothing glares */
     assert_true(strncmp(csv, "sensor,quantity,x_m,y_m,z_m,value,stderr\na,plane,-1.5,0.75,-1,", 62) == 0);
-    assert_non_null(strstr(csv, "\nb,ugr,1,1.2,1,,\n"));
+    assert_non_null(strstr(csv, "\nb,ugr,1,1.2,1,,\nb,dgp,1,1.2,1,0."));
+    assert_string_equal(cli_member(b, "dgp_band")->valuestring, "imperceptible");
+    assert_true(cJSON_IsFalse(cli_member(b, "dgp_in_range")));
     assert_int_equal(cli_run(lum_cmd_measure, "measure --scene @sensors.jsonl --spacing 1 --target 1000"),
                      LUM_EXIT_FAILED);
     cJSON_Delete(alike);
@@ -252,12 +254,122 @@ static void a_page_has_it_all(void **state)
                            "<td>Ball<td>ball-0 and others<td class=\"n\">2<td class=\"n\">1<td class=\"n\">1257<td "
                            "class=\"n\">10<td class=\"n\">126</tr>"));
     assert_non_null(strstr(page, "<td class=\"n\">2<td class=\"n\">13823 lm<td class=\"n\">10 W*<")); /* 4400 pi */
+    assert_non_null(strstr(page, "<p>* Without 1 whose power is not known: point (bulb)</p>"));
+    assert_non_null(strstr(page, ", 12 m<sup>2</sup>: 0.833 W/m<sup>2</sup>*, or "));
     assert_int_equal(count(page, "data:image/png"), 0);
     free(page);
     (void)cli_run(lum_cmd_measure, "measure --scene @page.jsonl --html @p.html --pictures 1 --error 0.5");
     page = cli_read_text(cli_in_dir("p.html"));
     assert_int_equal(count(page, "data:image/png"), 2);
     free(page);
+}
+
+/* Ez over E of the same grid, each as it is measured alone; a row of CSV for each, which says of what; on the page. */
+static void modelling_is_told(void **state)
+{
+    (void)state;
+    cJSON *o = measure("--spacing 2 --modelling --csv @c.csv --html @c.html --pictures 0", LUM_EXIT_OK),
+          *alone = measure("--spacing 2 --height 0.75 --cylindrical", LUM_EXIT_OK);
+    char *csv = cli_read_text(cli_in_dir("c.csv")), *page = cli_read_text(cli_in_dir("c.html"));
+    double ez = cli_member(o, "ez_lx")->valuedouble, em = cli_member(o, "em_lx")->valuedouble;
+    assert_string_equal(cli_member(o, "quantity")->valuestring, "modelling");
+    assert_true(fabs(ez - cli_member(alone, "em_lx")->valuedouble) <
+                5.0 *
+                    hypot(cli_member(o, "ez_stderr_lx")->valuedouble, cli_member(alone, "em_stderr_lx")->valuedouble));
+    assert_true(fabs(cli_member(o, "modelling")->valuedouble / (ez / em) - 1.0) < 1e-9);
+    assert_true(cJSON_IsFalse(cli_member(o, "modelling_in_range"))); /* one bulb: faces are dark */
+    assert_true(cli_member(cJSON_GetArrayItem(cli_member(o, "points"), 0), "ez_lx")->valuedouble > 0.0);
+    assert_true(strncmp(csv, "quantity,x_m,y_m,z_m,lx,stderr_lx\nplane,", 40) == 0);
+    assert_int_equal(count(csv, "\ncylindrical,"), 2 * 2);
+    assert_non_null(strstr(page, "modelling E<sub>z</sub> / E<sub>m</sub> = 0."));
+    cJSON_Delete(o);
+    cJSON_Delete(alone);
+    free(csv);
+    free(page);
+}
+
+/* A black floor and a window's worth of sky: 1 x 1 m that shine with 8000 cd/m2, 2 m before the eye. DGP of the page,
+ * of JSON and of CSV is that of Ev and of L^2 w / p^2 by hand: w = 4 atan(0.25 / (2 sqrt(4.5))) = 0.2356, p within 1 of
+ * 1 to 1.7 over its 14 degrees to either side: the sum lies between those. */
+static void glare_by_day_is_told(void **state)
+{
+    (void)state;
+    cli_write_text(cli_in_dir("day.jsonl"),
+                   "{\"lumend\":1,\"kind\":\"scene\"}\n"
+                   "{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"sheet\",\"shape\":\"quad\",\"size\":[8,0,8]}\n"
+                   "{\"op\":\"add\",\"type\":\"material\",\"id\":\"black\",\"base_color\":[0,0,0],\"specular\":0}\n"
+                   "{\"op\":\"add\",\"type\":\"object\",\"id\":\"ground\",\"mesh\":\"sheet\",\"material\":\"black\"}\n"
+                   "{\"op\":\"add\",\"type\":\"light\",\"id\":\"window\",\"kind\":\"quad\",\"position\":[0,1.2,-2],"
+                   "\"u\":[1,0,0],\"v\":[0,1,0],\"luminance_cd_m2\":8000}\n"
+                   "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"eye\",\"kind\":\"observer\",\"position\":[0,1.2,0],"
+                   "\"target_dgp\":0.3}\n"
+                   "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"side\",\"kind\":\"observer\",\"position\":[0,1.2,0],"
+                   "\"direction\":[1,0,0.5]}\n");
+    assert_int_equal(cli_run(lum_cmd_measure, "measure --scene @day.jsonl --json @d.json --csv @d.csv --html @d.html "
+                                              "--pictures 0"),
+                     LUM_EXIT_FAILED); /* the target is missed */
+    char *json = cli_read_text(cli_in_dir("d.json")), *csv = cli_read_text(cli_in_dir("d.csv")),
+         *page = cli_read_text(cli_in_dir("d.html"));
+    cJSON *o = lum_json_parse(json, strlen(json), NULL);
+    const cJSON *eye = cJSON_GetArrayItem(cli_member(o, "sensors"), 0),
+                *target = cli_member(cli_member(eye, "targets"), "dgp");
+    double lx = cli_member(eye, "eye_lx")->valuedouble, dgp = cli_member(eye, "dgp")->valuedouble,
+           most = 8000.0 * 8000.0 * 0.2356, per = pow(lx, -1.87), least = most / (1.7 * 1.7);
+    assert_true(dgp < 5.87e-5 * lx + 0.159 + 0.092 * log10(1.0 + most * per) + 1e-3);
+    assert_true(dgp > 5.87e-5 * lx + 0.159 + 0.092 * log10(1.0 + least * per) - 1e-3);
+    assert_string_equal(cli_member(eye, "dgp_band")->valuestring, "perceptible");
+    assert_int_equal(cli_member(eye, "dgp_sources")->valueint, 1);
+    assert_true(cJSON_IsTrue(cli_member(eye, "dgp_in_range")));
+    assert_true(cJSON_IsFalse(cli_member(target, "passes")) && cJSON_IsTrue(cli_member(target, "sure")));
+    assert_non_null(strstr(csv, "\neye,dgp,0,1.2,0,0.3"));
+    assert_string_equal(cli_member(o, "worst_dgp")->valuestring, "eye"); /* the other turns its back to the window */
+    assert_null(cJSON_GetObjectItem(o, "worst_ugr"));                    /* there is no background: none is known */
+    assert_non_null(strstr(page, "<p>Worst DGP of 2 observers: 0.3"));
+    assert_non_null(strstr(page, "<br>perceptible<td>"));
+    assert_non_null(strstr(page, "DGP &le; 0.3: missed<"));
+    cJSON_Delete(o);
+    free(json);
+    free(csv);
+    free(page);
+}
+
+/* 10 W over the floor of 5 x 4 m, which is more than the grid within its border covers; the bulb of the room does not
+ * say what it takes, and where it is alone nothing is known. A table's grid is no room beside a larger one. */
+static void power_is_that_of_the_floor(void **state)
+{
+    (void)state;
+    char text[sizeof room + 1024];
+    cJSON *o = measure("--spacing 2", LUM_EXIT_OK);
+    const cJSON *power = cli_member(o, "power");
+    assert_true(cJSON_IsNull(cli_member(power, "w_per_m2")));
+    assert_int_equal(cli_member(power, "lamps_without_watts")->valueint, 1);
+    cJSON_Delete(o);
+    snprintf(text, sizeof text,
+             "%s{\"op\":\"add\",\"type\":\"light\",\"id\":\"ball\",\"kind\":\"ies\",\"position\":[0,2,0],"
+             "\"web\":{\"c_deg\":[0],\"gamma_deg\":[0,180],\"candela\":[100,100],\"watts\":10}}\n"
+             "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"room\",\"kind\":\"grid\",\"position\":[0,0.75,0],"
+             "\"u\":[4,0,0],\"v\":[0,0,3],\"spacing_m\":2,\"floor_m2\":20}\n"
+             "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"table\",\"kind\":\"grid\",\"position\":[0,0.75,0],"
+             "\"u\":[1,0,0],\"v\":[0,0,1],\"spacing_m\":1}\n",
+             room);
+    cli_write_text(cli_in_dir("power.jsonl"), text);
+    assert_int_equal(cli_run(lum_cmd_measure, "measure --scene @power.jsonl --json @w.json"), LUM_EXIT_OK);
+    char *json = cli_read_text(cli_in_dir("w.json"));
+    o = lum_json_parse(json, strlen(json), NULL);
+    const cJSON *a = cJSON_GetArrayItem(cli_member(o, "sensors"), 0), *b = a->next;
+    const cJSON *whole = cJSON_GetObjectItem(a, "power") ? a : b;
+    assert_string_equal(cli_member(whole, "id")->valuestring, "room");
+    assert_null(cJSON_GetObjectItem(whole == a ? b : a, "power"));
+    power = cli_member(whole, "power");
+    assert_true(fabs(cli_member(power, "w_per_m2")->valuedouble - 0.5) < 1e-12);
+    assert_true(fabs(cli_member(power, "w_per_m2_100_lx")->valuedouble * cli_member(whole, "em_lx")->valuedouble -
+                     50.0) < 1e-9);
+    assert_int_equal(cli_member(power, "lamps")->valueint, 2);
+    const cJSON *unknown = cJSON_GetArrayItem(cli_member(power, "without_watts"), 0);
+    assert_string_equal(cli_member(unknown, "id")->valuestring, "bulb");
+    assert_string_equal(cli_member(unknown, "what")->valuestring, "point");
+    cJSON_Delete(o);
+    free(json);
 }
 
 /* Sensors inside the floor and far away have no value, and say so; their neighbour is measured all the same. What is
@@ -298,6 +410,7 @@ static void what_cannot_be_measured_is_refused(void **state)
         int status;
     } cases[] = {
         {"--on nothing", LUM_EXIT_FAILED},
+        {"--cylindrical --modelling", LUM_EXIT_USAGE},
         {"--border 3", LUM_EXIT_FAILED},
         {"--spacing 1e-9", LUM_EXIT_FAILED},
         {"--area 1,1,0,2", LUM_EXIT_USAGE},
@@ -328,6 +441,9 @@ int main(void)
         cmocka_unit_test(a_table_has_each_point),
         cmocka_unit_test(points_inside_furniture_are_left_out),
         cmocka_unit_test(sensors_of_the_scene_are_measured),
+        cmocka_unit_test(modelling_is_told),
+        cmocka_unit_test(power_is_that_of_the_floor),
+        cmocka_unit_test(glare_by_day_is_told),
         cmocka_unit_test(a_page_has_it_all),
         cmocka_unit_test(a_sensor_in_a_wall_keeps_no_other_from_its_value),
         cmocka_unit_test(what_cannot_be_measured_is_refused),

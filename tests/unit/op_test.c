@@ -163,7 +163,9 @@ static void rules(void **state)
     expect(SENSOR("point") ",'quantity':'semicylindrical','direction':[0,2,0]}", "invalid_value", "direction");
     expect(SENSOR("observer") ",'direction':[0,0,0]}", "invalid_value", "direction");
     expect(SENSOR("observer") ",'target_lx':500}", "invalid_value", "target_lx");
-    expect(SENSOR("observer") ",'target_ugr':19}", NULL, NULL);
+    expect(SENSOR("observer") ",'target_ugr':19,'target_dgp':0.35}", NULL, NULL);
+    expect(SENSOR("observer") ",'target_dgp':1.5}", "invalid_value", "target_dgp");
+    expect(SENSOR("point") ",'target_dgp':0.35}", "invalid_value", "target_dgp");
 #undef SENSOR
 #define SHEET(reflects, transmits)                                                                                     \
     "{'op':'add','type':'material','id':'x','base_color':" reflects ",'diffuse_transmittance':" transmits "}"

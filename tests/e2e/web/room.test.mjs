@@ -46,6 +46,22 @@ test('a work plane passes 500 lx and a uniformity of 0.6, and the report has it'
     const html = readFileSync(await file.path(), 'utf8');
     assert.match(html, /Langfeldleuchte[^]*<td class="n">12/);
     assert.equal(html.match(/data:image\/png/g).length, 2);
+    assert.match(html, /19\.?\d* m<sup>2<\/sup>: \d+(\.\d+)? W\/m<sup>2<\/sup>, or \d/);
+    assert.match(await plane.innerText(), /Power [\d,.]+ W, [\d.]+ W\/m² over 19\.?\d* m², [\d.]+ W\/m² for each 100 lx/);
+});
+
+test('modelling is a choice away, and who stands where the view is tells glare by lamps and by day', async () => {
+    await page.getByRole('combobox', { name: 'Measures' }).selectOption('modelling');
+    const plane = page.locator('.sensor', { hasText: 'Mean' });
+    await eventually(async () => /Modelling\s+0\.\d+ ± 0\.\d+[^]*Modelling is (not )?within 0\.30 to 0\.60/.test(await plane.innerText()), () => plane.innerText());
+    await page.getByRole('button', { name: 'Add observer' }).press('Enter');
+    const eye = page.locator('.sensor', { hasText: 'observer' });
+    await eventually(async () => /UGR\s+[\d–][^]*DGP\s+0\.\d+ ± 0\.\d+[^]*Glare by day: \w+/.test(await eye.innerText()), () => eye.innerText());
+    await page.getByLabel('DGP wanted, at most').fill('0.35');
+    await page.getByLabel('DGP wanted, at most').press('Enter');
+    await eventually(async () => /DGP[^]*meets 0\.35/.test(await eye.innerText()), () => eye.innerText());
+    assert.deepEqual(await violations(page), []);
+    if (process.env.LUMEND_SHOT) await page.screenshot({ path: process.env.LUMEND_SHOT });
 });
 
 test('nothing was written to the console as an error', () => assert.deepEqual(tab.watch.errors, []));

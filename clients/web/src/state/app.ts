@@ -145,7 +145,7 @@ export class App {
             hang: (asset) => this.library.load().then(() => this.library.place(asset, null)),
             surround: (asset) => edits.attempt(skyOps(asset, this.lights(), (id) => scene.peek(id) !== undefined)),
         });
-        this.sensors = new Sensors({ scene, edits, call, onError });
+        this.sensors = new Sensors({ scene, edits, pose: () => poseFromOrbit(view.orbit.value), call, onError });
         this.downloads = new Downloads({ scene, sensors: this.sensors, toasts, online: this.online, viewId: () => view.viewId, call, onError });
         this.presets = new Presets({ scene, edits, announce: (text) => toasts.announce(text) });
         this.desk = new Desk({ scene, edits, call });

@@ -1,9 +1,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { JsonObject } from '../protocol/rpc';
+import type { CameraPose } from '../protocol/types';
 import type { Edits } from './edits';
 import { SceneMirror } from './scene';
-import { apart, judge, pointAt, pointsInWords, readingOf, Sensors, stateOf, verdict } from './sensors';
+import { apart, daylightInWords, judge, modellingInWords, pointAt, pointsInWords, readingOf, Sensors, stateOf, unknownInWords, verdict, worstInWords } from './sensors';
 
 const TOLD: JsonObject = {
     id: 'desks', scene_rev: 7, settled: false, kind: 'grid', nu: 3, nv: 2, left_out: 1,
@@ -18,7 +19,8 @@ function made(calls: [string, JsonObject][], answers: Record<string, JsonObject>
         calls.push([method, params]);
         return Promise.resolve(answers[method] ?? {});
     };
-    const sensors = new Sensors({ scene, edits, call, onError: (e) => assert.fail(e.message) });
+    const pose = () => ({ position: [1, 2, 3], target: [1, 2, 1], up: [0, 1, 0], vfov_deg: 60 }) as CameraPose;
+    const sensors = new Sensors({ scene, edits, pose, call, onError: (e) => assert.fail(e.message) });
     return { scene, sensors };
 }
 
@@ -30,6 +32,50 @@ test('what is told of a sensor', () => {
     assert.equal(r.leftOut, 1);
     assert.equal(verdict(r.targets.em!), 'meets 500, as far as is known');
     assert.equal(verdict({ target: 19, passes: false, sure: true }), 'misses 19');
+});
+
+test('an observer stands where the view is, and is glared by lamps and by day', async () => {
+    const calls: [string, JsonObject][] = [];
+    const { scene, sensors } = made(calls, {});
+    scene.load([], 1);
+    await sensors.addObserver();
+    const [, { ops }] = calls.pop()!;
+    assert.deepEqual(ops, [{ op: 'add', type: 'sensor', id: 'observer', kind: 'observer', position: [1, 2, 3], direction: [0, 0, -2], target_ugr: 19 }]);
+    const r = readingOf({ kind: 'observer', dgp: 0.42, dgp_stderr: 0.002, dgp_band: 'disturbing', dgp_in_range: true, targets: { dgp: { target: 0.4, passes: false, sure: true } } });
+    assert.deepEqual(r.dgp, { value: 0.42, stderr: 0.002 });
+    assert.equal(daylightInWords(r), 'Glare by day: disturbing');
+    assert.equal(verdict(r.targets.dgp!), 'misses 0.4');
+    assert.match(daylightInWords({ dgpBand: 'imperceptible', dgpInRange: false }), /380 lx/);
+});
+
+test('modelling has a ratio, and its points come as planes and as cylinders', async () => {
+    const points = [{ point: [0, 0.75, 0], lx: 500, stderr_lx: 4, ez_lx: 200, ez_stderr_lx: 3 }];
+    const { scene, sensors } = made([], { 'sensor.read': { id: 'desks', kind: 'grid', quantity: 'modelling', points } });
+    scene.load([{ op: 'add', type: 'sensor', id: 'desks', kind: 'grid', position: [0, 0.75, 0] }], 1);
+    assert.equal(await sensors.csv(), 'sensor,quantity,x_m,y_m,z_m,value,stderr\ndesks,plane,0,0.75,0,500,4\ndesks,cylindrical,0,0.75,0,200,3\n');
+    const r = readingOf({ ...TOLD, ez_lx: 205, modelling: 0.4, modelling_stderr: 0.01, modelling_in_range: true });
+    assert.deepEqual(r.modelling, { value: 0.4, stderr: 0.01 });
+    assert.equal(modellingInWords(r), 'Modelling is within 0.30 to 0.60, which EN 12464-1 recommends');
+    assert.equal(readingOf(TOLD).modelling, null);
+});
+
+test('power is told with what is missing in it', () => {
+    const told = { watts: 120, floor_m2: 20, w_per_m2: 6, w_per_m2_100_lx: 1.2, lamps: 12, lamps_without_watts: 2, without_watts: [{ what: 'quad', id: 'panel-a', n: 2 }] };
+    const power = readingOf({ ...TOLD, power: told }).power!;
+    assert.deepEqual([power.watts, power.floorM2, power.perM2, power.per100Lx], [120, 20, 6, 1.2]);
+    assert.equal(unknownInWords(power), 'Without 2 of 12 lamps, whose power is not known: quad (panel-a and others)');
+    assert.equal(unknownInWords({ ...power, unknown: 0 }), null);
+    assert.match(unknownInWords({ ...power, unknown: 12, perM2: null })!, /^Power is not known: no lamp's file says it: quad/);
+    assert.equal(readingOf({ ...TOLD, power: { ...told, lamps: 0 } }).power, null);
+    assert.equal(readingOf(TOLD).power, null);
+});
+
+test('of several observers the worst are named, by lamps and by day', () => {
+    const eye = (ugr: number | null, dgp: number) => readingOf({ kind: 'observer', ugr, ugr_stderr: 0.1, dgp, dgp_stderr: 0.01 });
+    const readings = new Map([['a', eye(21.26, 0.3)], ['b', eye(null, 0.382)], ['desks', readingOf(TOLD)]]);
+    const name = (id: string): string => id.toUpperCase();
+    assert.equal(worstInWords(readings, ['a', 'b', 'desks'], name), 'Worst of 2 observers: UGR 21.3 (A), DGP 0.38 (B)');
+    assert.equal(worstInWords(readings, ['a', 'desks'], name), null);
 });
 
 test('sensors are watched where there are some, and anew on a new connection', () => {

@@ -2,8 +2,8 @@
 import { effect, signal } from '@preact/signals';
 import { newId } from '../lib/ids';
 import { isObject, type Json, type JsonObject } from '../protocol/rpc';
-import { add, scale, type Vec3 } from '../lib/vec';
-import { numberOr, stringOr, vec3Or, type Op, type SceneRecord } from '../protocol/types';
+import { add, scale, sub, type Vec3 } from '../lib/vec';
+import { numberOr, stringOr, vec3Or, type CameraPose, type Op, type SceneRecord } from '../protocol/types';
 import type { Edits } from './edits';
 import type { SceneMirror } from './scene';
 
@@ -16,6 +16,19 @@ export interface Target {
     passes: boolean;
     /** More than two standard errors lie between. */
     sure: boolean;
+}
+/** What the lamps that are on take, by their files. */
+export interface Power {
+    watts: number;
+    floorM2: number;
+    /** Null: no lamp's file says. */
+    perM2: number | null;
+    per100Lx: number | null;
+    lamps: number;
+    /** Of them, those whose files do not say. */
+    unknown: number;
+    /** Some of those, for people. */
+    names: string[];
 }
 export interface SensorReading {
     kind: string;
@@ -32,14 +45,28 @@ export interface SensorReading {
     em: Value | null;
     emin: Value | null;
     uo: Value | null;
+    /** Mean cylindrical over mean illuminance; null: not asked for, or not known. */
+    modelling: Value | null;
+    /** It is what EN 12464-1 recommends. */
+    modellingInRange: boolean;
     ugr: Value | null;
-    targets: Partial<Record<'em' | 'uo' | 'ugr', Target>>;
+    /** Null: not known yet. */
+    dgp: Value | null;
+    /** How people are glared by day: "imperceptible" and so on. */
+    dgpBand: string;
+    /** There is as much light at the eye as the formula of DGP is made for. */
+    dgpInRange: boolean;
+    /** Of the room's work plane, where a lamp is on; else null. */
+    power: Power | null;
+    targets: Partial<Record<'em' | 'uo' | 'ugr' | 'dgp', Target>>;
 }
 
 /** The server measures within the time of frames, and no sensor at all while nobody asks. */
 export interface SensorsHost {
     scene: SceneMirror;
     edits: Edits;
+    /** Of the view. */
+    pose(): CameraPose;
     call(method: string, params: JsonObject): Promise<JsonObject>;
     onError(error: Error): void;
 }
@@ -90,11 +117,24 @@ export class Sensors {
         }
     }
 
+    /** Who looks as the view does: an eye where its camera is. */
+    async addObserver(): Promise<void> {
+        const { scene, edits, pose, onError } = this.host;
+        const { position, target } = pose();
+        const id = newId('observer', (taken) => scene.peek(taken) !== undefined);
+        try {
+            const direction = sub(target, position);
+            await edits.transaction([{ op: 'add', type: 'sensor', id, kind: 'observer', position: [...position], direction: [...direction], target_ugr: 19 }]);
+        } catch (error) {
+            onError(error as Error);
+        }
+    }
+
     remove(id: string): void {
         void this.host.edits.transaction([{ op: 'remove', id }]);
     }
 
-    /** All points that count, and the UGR of observers, as a file of comma separated values: that of `lumend measure --csv`. */
+    /** All points that count, and the glare of observers, as a file of comma separated values: that of `lumend measure --csv`. */
     async csv(): Promise<string> {
         const lines = ['sensor,quantity,x_m,y_m,z_m,value,stderr'];
         for (const id of this.host.scene.list('sensor').peek()) {
@@ -102,9 +142,11 @@ export class Sensors {
             const add = (quantity: string, at: unknown, value: unknown, error: Json | undefined): void => {
                 if (typeof value === 'number') lines.push([id, quantity, ...(Array.isArray(at) ? at : []), value, numberOr(error, NaN)].join(','));
             };
-            add('ugr', this.host.scene.peek(id)?.position, told.ugr, told.ugr_stderr);
-            for (const p of Array.isArray(told.points) ? told.points.filter(isObject) : [])
-                add(stringOr(told.quantity, ''), p.point, p.lx, p.stderr_lx);
+            for (const name of ['ugr', 'dgp']) add(name, this.host.scene.peek(id)?.position, told[name], told[`${name}_stderr`]);
+            const points = Array.isArray(told.points) ? told.points.filter(isObject) : [];
+            const quantity = stringOr(told.quantity, '');
+            for (const p of points) add(quantity === 'modelling' ? 'plane' : quantity, p.point, p.lx, p.stderr_lx);
+            for (const p of points) add('cylindrical', p.point, p.ez_lx, p.ez_stderr_lx);
         }
         return `${lines.join('\n')}\n`;
     }
@@ -124,10 +166,31 @@ function valueOf(sensor: JsonObject, name: string, error: string): Value | null 
     return typeof value === 'number' ? { value, stderr: numberOr(sensor[error], NaN) } : null;
 }
 
+function powerOf(told: Json | undefined): Power | null {
+    if (!isObject(told) || numberOr(told.lamps, 0) === 0) return null;
+    const known = (value: Json | undefined): number | null => (typeof value === 'number' ? value : null);
+    return {
+        watts: numberOr(told.watts, 0),
+        floorM2: numberOr(told.floor_m2, 0),
+        perM2: known(told.w_per_m2),
+        per100Lx: known(told.w_per_m2_100_lx),
+        lamps: numberOr(told.lamps, 0),
+        unknown: numberOr(told.lamps_without_watts, 0),
+        names: (Array.isArray(told.without_watts) ? told.without_watts.filter(isObject) : []).map((of) => `${stringOr(of.what, '')} (${stringOr(of.id, '')}${numberOr(of.n, 1) > 1 ? ' and others' : ''})`),
+    };
+}
+
+/** "Without 2 of 12 lamps, whose power is not known: quad (panel-a), disc (spot)"; null: all say. */
+export function unknownInWords({ lamps, unknown, names }: Power): string | null {
+    if (unknown === 0) return null;
+    const which = names.length > 0 ? `: ${names.join(', ')}` : '';
+    return unknown === lamps ? `Power is not known: no lamp's file says it${which}` : `Without ${unknown} of ${lamps} lamps, whose power is not known${which}`;
+}
+
 export function readingOf(sensor: JsonObject): SensorReading {
     const targets: SensorReading['targets'] = {};
     const told = isObject(sensor.targets) ? sensor.targets : {};
-    for (const name of ['em', 'uo', 'ugr'] as const) {
+    for (const name of ['em', 'uo', 'ugr', 'dgp'] as const) {
         const t: Json | undefined = told[name];
         if (isObject(t)) targets[name] = { target: numberOr(t.target, NaN), passes: t.passes === true, sure: t.sure === true };
     }
@@ -143,7 +206,13 @@ export function readingOf(sensor: JsonObject): SensorReading {
         em: valueOf(sensor, 'em_lx', 'em_stderr_lx'),
         emin: valueOf(sensor, 'emin_lx', 'emin_stderr_lx'),
         uo: valueOf(sensor, 'uo', 'uo_stderr'),
+        power: powerOf(sensor.power),
+        modelling: valueOf(sensor, 'modelling', 'modelling_stderr'),
+        modellingInRange: sensor.modelling_in_range === true,
         ugr: valueOf(sensor, 'ugr', 'ugr_stderr'),
+        dgp: valueOf(sensor, 'dgp', 'dgp_stderr'),
+        dgpBand: stringOr(sensor.dgp_band, ''),
+        dgpInRange: sensor.dgp_in_range !== false,
         targets,
     };
 }
@@ -160,6 +229,36 @@ export function stateOf(reading: SensorReading | undefined, current: boolean): s
 /** In words, for who sees no colours and who sees nothing: "meets 500", "misses 500, as far as is known". */
 export function verdict(t: Target): string {
     return `${t.passes ? 'meets' : 'misses'} ${t.target}${t.sure ? '' : ', as far as is known'}`;
+}
+
+/** "Worst of 3 observers: UGR 21.3 (desk-2), DGP 0.38 (desk-1)"; null: there are not two that are known. */
+export function worstInWords(readings: ReadonlyMap<string, SensorReading>, ids: readonly string[], nameOf: (id: string) => string): string | null {
+    const observers = ids.filter((id) => readings.get(id)?.kind === 'observer');
+    if (observers.length < 2) return null;
+    const worst = (name: 'ugr' | 'dgp', digits: number): string[] => {
+        const known = observers.map((id) => ({ id, value: readings.get(id)![name]?.value ?? -Infinity })).sort((a, b) => b.value - a.value);
+        return Number.isFinite(known[0]!.value) ? [`${name.toUpperCase()} ${known[0]!.value.toFixed(digits)} (${nameOf(known[0]!.id)})`] : [];
+    };
+    const of = [...worst('ugr', 1), ...worst('dgp', 2)];
+    return of.length > 0 ? `Worst of ${observers.length} observers: ${of.join(', ')}` : null;
+}
+
+/** What a sensor may measure at its points, in the words of designers. */
+export const QUANTITIES: [string, string][] = [
+    ['plane', 'Illuminance of the plane'],
+    ['cylindrical', 'Cylindrical illuminance'],
+    ['semicylindrical', 'Semicylindrical illuminance'],
+    ['modelling', 'Plane and cylindrical: modelling'],
+];
+
+/** "Modelling within 0.30 to 0.60 (EN 12464-1)". */
+export function modellingInWords({ modellingInRange }: Pick<SensorReading, 'modellingInRange'>): string {
+    return `Modelling is ${modellingInRange ? 'within' : 'not within'} 0.30 to 0.60, which EN 12464-1 recommends`;
+}
+
+/** What glare by day feels like. */
+export function daylightInWords({ dgpBand, dgpInRange }: Pick<SensorReading, 'dgpBand' | 'dgpInRange'>): string {
+    return `Glare by day: ${dgpBand}${dgpInRange ? '' : '; DGP is made for more than 380 lx at the eye'}`;
 }
 
 /** Where point number i lies: in the middles of equal cells, row by row along u. */

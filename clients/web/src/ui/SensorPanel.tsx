@@ -1,8 +1,9 @@
 import { fixed, number, toError } from '../lib/format';
 import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
 import { NOT_TO_MEASURE } from '../state/role';
-import { pointsInWords, stateOf, verdict, type SensorReading, type Target, type Value } from '../state/sensors';
+import { daylightInWords, modellingInWords, pointsInWords, QUANTITIES, stateOf, unknownInWords, verdict, worstInWords, type Power, type SensorReading, type Target, type Value } from '../state/sensors';
 import { useApp } from './context';
+import { Choice } from './Choice';
 import { Editing } from './Editing';
 import { Icon } from './Icon';
 import { NumberField } from './NumberField';
@@ -11,12 +12,22 @@ import { NumberField } from './NumberField';
 export function SensorPanel() {
     const app = useApp();
     const ids = app.scene.list('sensor').value;
+    const worst = worstInWords(app.sensors.readings.value, ids, (id) => stringOr(app.scene.peek(id)?.name, id));
     return (
         <section class="section" aria-labelledby="sensors-title">
             <header class="section-head">
                 <h2 id="sensors-title">Measure</h2>
                 <Editing>
-                    <button type="button" class="toggle at-end" aria-label="Add work plane" onClick={() => void app.sensors.addWorkPlane()}>
+                    <button
+                        type="button"
+                        class="toggle at-end"
+                        aria-label="Add observer"
+                        title="Who stands where the view is, and looks as it does: UGR, and DGP by day"
+                        onClick={() => void app.sensors.addObserver()}
+                    >
+                        Observer
+                    </button>
+                    <button type="button" class="toggle" aria-label="Add work plane" onClick={() => void app.sensors.addWorkPlane()}>
                         {ids.length > 0 ? 'Add' : 'Add work plane'}
                     </button>
                 </Editing>
@@ -53,6 +64,7 @@ export function SensorPanel() {
             )}
             {ids.length > 0 && !app.mayMeasure.value && <p class="hint">{NOT_TO_MEASURE}</p>}
             {ids.length === 0 && <p class="hint">A work plane shows the mean illuminance and its uniformity while you move lamps.</p>}
+            {worst && <p class="hint">{worst}</p>}
             <ul class="light-list">
                 {ids.map((id) => (
                     <Sensor key={id} id={id} />
@@ -84,14 +96,35 @@ function Sensor({ id }: { id: string }) {
                     {reading.kind !== 'observer' && <Row name="Mean" value={reading.em} unit="lx" target={reading.targets.em} />}
                     {reading.points > 1 && <Row name="Least" value={reading.emin} unit="lx" />}
                     {reading.points > 1 && <Row name="Uniformity" value={reading.uo} unit="" target={reading.targets.uo} />}
+                    {reading.modelling && <Row name="Modelling" value={reading.modelling} unit="" digits={3} />}
                     {reading.kind === 'observer' && <Row name="UGR" value={reading.ugr} unit="" target={reading.targets.ugr} />}
+                    {reading.kind === 'observer' && <Row name="DGP" value={reading.dgp} unit="" digits={3} target={reading.targets.dgp} />}
                 </dl>
             )}
+            {reading?.modelling && <p class="hint">{modellingInWords(reading)}</p>}
+            {reading?.dgp && <p class="hint">{daylightInWords(reading)}</p>}
+            {reading?.power && <PowerOf power={reading.power} />}
             {reading && <Points record={record} reading={reading} />}
             <Editing>
                 <Wanted record={record} />
             </Editing>
         </li>
+    );
+}
+
+/** What the lamps take, over the room's floor. */
+function PowerOf({ power }: { power: Power }) {
+    const unknown = unknownInWords(power);
+    return (
+        <>
+            {power.perM2 !== null && (
+                <p class="hint">
+                    Power {number(power.watts)} W, {fixed(power.perM2, 2)} W/m² over {number(power.floorM2)} m²
+                    {power.per100Lx !== null && `, ${fixed(power.per100Lx, 2)} W/m² for each 100 lx`}
+                </p>
+            )}
+            {unknown && <p class="hint">{unknown}</p>}
+        </>
     );
 }
 
@@ -102,9 +135,9 @@ function Points({ record, reading }: { record: SceneRecord; reading: SensorReadi
 }
 
 /** Null: there is none, as of a point inside a wall, or of an eye that sees no lamp. */
-function Row({ name, value, unit, target }: { name: string; value: Value | null; unit: string; target?: Target }) {
-    const text = !value ? '–' : value.value < 10 ? fixed(value.value, 2) : number(toError(value.value, value.stderr));
-    const error = value && Number.isFinite(value.stderr) ? ` ± ${value.stderr < 1 ? fixed(value.stderr, 2) : number(Number(value.stderr.toPrecision(2)))}` : '';
+function Row({ name, value, unit, target, digits = 2 }: { name: string; value: Value | null; unit: string; target?: Target; digits?: number }) {
+    const text = !value ? '–' : value.value < 10 ? fixed(value.value, digits) : number(toError(value.value, value.stderr));
+    const error = value && Number.isFinite(value.stderr) ? ` ± ${value.stderr < 1 ? fixed(value.stderr, digits) : number(Number(value.stderr.toPrecision(2)))}` : '';
     return (
         <>
             <dt>{name}</dt>
@@ -132,10 +165,12 @@ function Wanted({ record }: { record: SceneRecord }) {
         return (
             <div class="fields">
                 <NumberField label="UGR wanted, at most" unit="" min={0} max={100} value={numberOr(record.target_ugr, 0)} onCommit={(v) => set('/target_ugr', v)} />
+                <NumberField label="DGP wanted, at most" unit="" min={0} max={1} value={numberOr(record.target_dgp, 0)} onCommit={(v) => set('/target_dgp', v)} />
             </div>
         );
     return (
         <div class="fields">
+            <Choice label="Measures" value={stringOr(record.quantity, 'plane')} options={QUANTITIES} onChange={(v) => edits.setOnce(record.id, '/quantity', v)} />
             <NumberField label="Mean wanted" unit="lx" min={0} max={1e9} value={numberOr(record.target_lx, 0)} onCommit={(v) => set('/target_lx', v)} />
             {record.kind !== 'point' && (
                 <NumberField label="Uniformity wanted" unit="" min={0} max={1} value={numberOr(record.target_uo, 0)} onCommit={(v) => set('/target_uo', v)} />
