@@ -8,7 +8,7 @@ import ts from 'typescript-eslint';
 const ACTS = { handlers: ['onClick', 'onDblClick', 'onMouseDown', 'onMouseUp', 'onPointerDown', 'onPointerUp'] };
 
 export default ts.config({
-    files: ['src/**/*.{ts,tsx}'],
+    files: ['*/src/**/*.{ts,tsx}'], // of web and js,
     extends: [ts.configs.strictTypeChecked, a11y.flatConfigs.recommended, hooks.configs['recommended-latest']],
     languageOptions: { parserOptions: { projectService: true } },
     linterOptions: { reportUnusedDisableDirectives: 'error' },
