@@ -6,7 +6,7 @@ const [url, path] = process.argv.slice(2);
 if (!path) throw new Error("usage: node examples/first_picture.js 'URL' PICTURE.png");
 
 const session = await connect(url, { client: 'first-picture' });
-const view = await session.view(600, 400, { spp: 16 });
+const view = await session.view(600, 400, { spp: 4 });
 const picture = await view.picture(); // waits until it is final
 await writeFile(path, await picture.png());
 const { value, unit } = await view.read(300, 200);

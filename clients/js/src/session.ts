@@ -17,13 +17,12 @@ export interface ConnectOptions {
 /** As scene.get tells it with expand: the fields of its type, null where they are left out. Arrays in bulk are counts. */
 export type SceneRecord = { [T in keyof Records]: { type: T } & Partial<Records[T]> }[keyof Records];
 
-const EDIT_TIMEOUT_MS = 60_000;
-const REPORT_TIMEOUT_MS = 600_000; // it measures, and takes pictures
+const TIMEOUT_MS = 60_000;
 
 /** page: as the server prints it. */
 export async function connect(page: string, options: ConnectOptions = {}): Promise<Session> {
     const { address, token } = addressOf(page);
-    const session = new Session(await openSocket(address), options.timeoutMs ?? EDIT_TIMEOUT_MS);
+    const session = new Session(await openSocket(address), options.timeoutMs ?? TIMEOUT_MS);
     try {
         await session.hello({ client: options.client ?? 'javascript', ...(token !== null && { token }) });
     } catch (error) {
@@ -230,11 +229,6 @@ export class Session {
     /** Of View.close(). */
     forget(viewId: number): void {
         this.views.delete(viewId);
-    }
-
-    /** A page to print, as HTML: what the sensors show, pictures, luminaires. It takes a while. */
-    async report(): Promise<string> {
-        return (await this.call('report.get', {}, REPORT_TIMEOUT_MS)).html;
     }
 
     /** What a sensor says of the scene as it is, as soon as that is `enough`; when nothing else is said: as exact as it gets. */
