@@ -10,7 +10,7 @@ endif()
 option(LUMEND_WEB "Build the browser client with npm and compile it in" ${web_default})
 
 if(LUMEND_WEB)
-    file(GLOB_RECURSE web_sources CONFIGURE_DEPENDS ${web_dir}/src/* ${web_dir}/public/*)
+    file(GLOB_RECURSE web_sources CONFIGURE_DEPENDS ${web_dir}/src/* ${web_dir}/public/* ${PROJECT_SOURCE_DIR}/clients/js/src/*)
     list(APPEND web_sources ${web_dir}/index.html ${web_dir}/package.json ${web_dir}/package-lock.json)
 else()
     set(web_sources ${CMAKE_CURRENT_SOURCE_DIR}/no_client.html)

@@ -8,7 +8,7 @@ const css = readFileSync('src/style/tokens.css', 'utf8');
 
 function tokens(selector: string): Map<string, string> {
     const block = css.slice(css.indexOf(`${selector} {`)).split('}')[0]!;
-    const long = (hex: string): string => (hex.length === 4 ? `#${[...hex.slice(1)].map((c) => c + c).join('')}` : hex);
+    const long = (hex: string): string => (hex.length === 4 ? `#${Array.from(hex.slice(1), (c) => c + c).join('')}` : hex);
     return new Map([...block.matchAll(/--([\w-]+): (#[0-9a-f]{3,6});/g)].map((m) => [m[1]!, long(m[2]!)]));
 }
 

@@ -15,7 +15,7 @@ export function limit(v: number): string {
     const power = Math.log10(Math.abs(v));
     const text =
         power >= 6 && Number.isInteger(power)
-            ? `10${[...String(power)].map((d) => '⁰¹²³⁴⁵⁶⁷⁸⁹'[Number(d)]).join('')}`
+            ? `10${Array.from(String(power), (d) => '⁰¹²³⁴⁵⁶⁷⁸⁹'[Number(d)]).join('')}`
             : number(Math.abs(v));
     return v < 0 ? `−${text}` : text;
 }
@@ -52,5 +52,5 @@ export function duration(s: number): string {
 }
 
 export function metres(v: number): string {
-    return `${v.toFixed(Math.abs(v) < 10 ? 3 : 2)}`;
+    return v.toFixed(Math.abs(v) < 10 ? 3 : 2);
 }

@@ -5,7 +5,7 @@ import { Codec, decodeFrame, Flag, HEADER_BYTES, Kind } from './frame';
 /** The table of the protocol, field by field, at the offsets it gives. */
 function message(payload: number[]): DataView {
     const v = new DataView(new ArrayBuffer(HEADER_BYTES + payload.length));
-    [...'LUMF'].forEach((c, i) => v.setUint8(i, c.charCodeAt(0)));
+    v.setUint32(0, 0x4c554d46); // LUMF
     v.setUint8(4, 1);
     v.setUint8(5, Kind.tile);
     v.setUint16(6, HEADER_BYTES, true);

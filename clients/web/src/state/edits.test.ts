@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { beforeEach, test } from 'node:test';
 import { FakeTimers } from '../lib/fake_timers';
 import { ClosedError, type Json, type JsonObject } from '../protocol/rpc';
-import type { Op } from '../protocol/types';
+import { stringOr, type Op } from '../protocol/types';
 import { Edits } from './edits';
 import { SceneMirror } from './scene';
 import { addOf, isDone, sceneFile } from './scene_ops';
@@ -135,7 +135,7 @@ test('what is in the scene already is neither counted nor doubled', async () => 
 
 test('an edit whose news came before the connection broke is not lost, whatever others did to it since', async () => {
     void edits.transaction([{ op: 'set', id: 'key', path: '/on', value: false }]);
-    edits.arrived(String(calls[0]!.params.op_id));
+    edits.arrived(stringOr(calls[0]!.params.op_id, ''));
     calls[0]!.refuse(new ClosedError('connection lost'));
     edits.drop();
     await settle();
@@ -245,7 +245,7 @@ test('where the session goes on, what nobody answered is sent again in its order
     underWay.forEach((c) => c.refuse(new ClosedError('connection lost')));
     await settle();
     calls = [];
-    edits.arrived(String(before[0])); // was told when the connection was there again
+    edits.arrived(stringOr(before[0], '')); // was told when the connection was there again
     const done = edits.repeat();
     await settle();
     assert.deepEqual(calls.map((c) => [c.method, c.params.op_id, c.params.repeat]), [

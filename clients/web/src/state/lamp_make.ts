@@ -1,7 +1,7 @@
 /** Lamps as they are put in: what each kind is like at first, where it goes, and how it is aimed. Pure. */
 import { add, cross, dot, length, normalize, scale, sub, type Vec3 } from '../lib/vec';
 import type { Json, JsonObject } from '../protocol/rpc';
-import { vec3Or, type Op, type SceneRecord } from '../protocol/types';
+import { stringOr, vec3Or, type Op, type SceneRecord } from '../protocol/types';
 import { anchorOf } from './placement';
 import { UNITS } from './lights';
 
@@ -80,7 +80,7 @@ export function newLamp(kind: LampKind, mount: Mount, r: number, ev: number): Js
     return { ...lamp, position: round(mount.normal ? add(mount.point, scale(mount.normal, gap)) : mount.point, 3) };
 }
 
-export const isAimed = (light: SceneRecord): boolean => ['spot', 'ies', 'disc', 'quad', 'directional'].includes(String(light.kind));
+export const isAimed = (light: SceneRecord): boolean => ['spot', 'ies', 'disc', 'quad', 'directional'].includes(stringOr(light.kind, ''));
 /** A sun shines from nowhere, so that it has no way to point at something. */
 export const canPointAt = (light: SceneRecord): boolean => isAimed(light) && light.kind !== 'directional';
 

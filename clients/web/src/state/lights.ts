@@ -42,7 +42,7 @@ export function intensityOf(light: SceneRecord): Intensity {
     const told = INTENSITY_FIELDS.find((f) => typeof light[f] === 'number');
     const automatic = told === undefined && isDaylight(light);
     const measured = light.kind === 'ies'; // as bright as its file says, unless it is told otherwise
-    const field = told ?? defaultField(String(light.kind));
+    const field = told ?? defaultField(stringOr(light.kind, ''));
     const unit = UNITS[field];
     const value = numberOr(light[field] ?? emitsOf(light)?.[field], measured ? 1 : 0);
     return { field, value, automatic, unit: { ...unit, min: value > 0 ? Math.min(unit.min, value) : unit.min, max: Math.max(unit.max, value) } };
@@ -139,7 +139,7 @@ export const centreOf = (light: SceneRecord): Vec3 => vec3Or(emitsOf(light)?.cen
 
 export const isOn = (light: SceneRecord): boolean => light.on !== false;
 
-export const isPlaced = (light: SceneRecord): boolean => !['directional', 'environment', 'sky', 'sun'].includes(String(light.kind));
+export const isPlaced = (light: SceneRecord): boolean => !['directional', 'environment', 'sky', 'sun'].includes(stringOr(light.kind, ''));
 
 /** Radius of a ball around the lamp itself, in metres, so that the view can frame it. */
 export function extentOf(light: SceneRecord): number {

@@ -3,7 +3,7 @@ import { test } from 'node:test';
 import { signal } from '@preact/signals';
 import { length, sub, type Vec3 } from '../lib/vec';
 import type { JsonObject } from '../protocol/rpc';
-import { vec3Or, type Op, type SceneRecord } from '../protocol/types';
+import { stringOr, vec3Or, type Op, type SceneRecord } from '../protocol/types';
 import { Library } from './library';
 import { arrayOps, axesOf, factsOf, luminaireOp, polarPath, spreadOver } from './luminaires';
 
@@ -64,7 +64,7 @@ function libraryOf(files: string[]): Library {
         online: signal(true),
         call: (method, params) => {
             if (method === 'asset.list') return Promise.resolve({ assets: files.map((asset) => ({ asset })), whole: true });
-            return /^no/i.test(String(params.asset)) ? Promise.reject(new Error('line 1: no')) : Promise.resolve(TOLD);
+            return /^no/i.test(stringOr(params.asset, '')) ? Promise.reject(new Error('line 1: no')) : Promise.resolve(TOLD);
         },
         pick: () => Promise.resolve(null),
         place: () => Promise.resolve(true),
@@ -102,7 +102,7 @@ test('files are read two at a time, those in sight first, and found by what they
         online: signal(true),
         call: (method, params) => {
             if (method === 'asset.list') return Promise.resolve({ assets: ['a.ies', 'b.ies', 'c.ies', 'd.ies'].map((asset) => ({ asset })), whole: true });
-            const asset = String(params.asset);
+            const asset = stringOr(params.asset, '');
             asked.push(asset);
             return new Promise((done, fail) => answers.push(() => (asset === 'd.ies' ? fail(new Error('line 3: no')) : done({ ...TOLD, name: `lamp ${asset[0]}` }))));
         },

@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { RpcError, type Json, type JsonObject } from '../protocol/rpc';
+import { stringOr } from '../protocol/types';
 import { Edits } from './edits';
 import { Imports } from './imports';
 import { roomOps, USUAL_ROOM } from './room_make';
@@ -13,9 +14,9 @@ const numbers = (v: Json | undefined): number[] => (v as number[]).map(Number);
 function turned([x, y, z]: number[], degrees: number[]): number[] {
     const [a, b, c] = degrees.map((d) => (d * Math.PI) / 180) as [number, number, number];
     [y, z] = [y! * Math.cos(a) - z! * Math.sin(a), y! * Math.sin(a) + z! * Math.cos(a)];
-    [z, x] = [z! * Math.cos(b) - x! * Math.sin(b), z! * Math.sin(b) + x! * Math.cos(b)];
-    [x, y] = [x! * Math.cos(c) - y! * Math.sin(c), x! * Math.sin(c) + y! * Math.cos(c)];
-    return [x!, y!, z!];
+    [z, x] = [z * Math.cos(b) - x! * Math.sin(b), z * Math.sin(b) + x! * Math.cos(b)];
+    [x, y] = [x * Math.cos(c) - y * Math.sin(c), x * Math.sin(c) + y * Math.cos(c)];
+    return [x, y, z];
 }
 
 test('six faces look into the room, close it, and have the reflectances', () => {
@@ -29,14 +30,14 @@ test('six faces look into the room, close it, and have the reflectances', () => 
         const at = numbers(translate);
         const [nx, ny, nz] = turned([0, 1, 0], numbers(rotate));
         assert.ok(nx! * -at[0]! + ny! * (1.25 - at[1]!) + nz! * -at[2]! > 1, `${object.id} looks inward`);
-        const [sx, , sz] = numbers(find(String(object.mesh)).size);
+        const [sx, , sz] = numbers(find(stringOr(object.mesh, '')).size);
         for (const u of [-0.5, 0.5])
             for (const v of [-0.5, 0.5]) {
                 const corner = turned([u * sx!, 0, v * sz!], numbers(rotate)).map((c, k) => Math.round(1e6 * (c + at[k]!)) / 1e6 + 0);
                 corners.set(String(corner), (corners.get(String(corner)) ?? 0) + 1);
             }
         const share = { floor: 0.2, ceiling: 0.7 }[object.id.replace('room-', '')] ?? 0.5;
-        assert.deepEqual(find(String(object.material)).base_color, [share, share, share]);
+        assert.deepEqual(find(stringOr(object.material, '')).base_color, [share, share, share]);
     }
     assert.equal(objects.length, 6);
     assert.deepEqual([...corners.keys()].sort(), [-3.5, 3.5].flatMap((x) => [0, 2.5].flatMap((y) => [-1.5, 1.5].map((z) => String([x, y, z])))).sort());

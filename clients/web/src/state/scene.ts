@@ -47,6 +47,8 @@ function replaceIn(node: Json | undefined, keys: string[], value: Json): Json | 
     return inner === null && rest.length > 0 ? null : { ...node, [key]: inner };
 }
 
+const withoutOp = (op: JsonObject): JsonObject => Object.fromEntries(Object.entries(op).filter(([key]) => key !== 'op'));
+
 const LISTED = ['light', 'camera', 'import', 'sensor', 'patch', 'preset'] as const;
 type Listed = (typeof LISTED)[number];
 
@@ -127,7 +129,7 @@ export class SceneMirror {
     /** Shows `value` until settle() is called for it. */
     expect(id: string, path: string, value: Json): void {
         let fields = this.pending.get(id);
-        if (!fields) this.pending.set(id, (fields = new Map()));
+        if (!fields) this.pending.set(id, (fields = new Map<string, Json>()));
         fields.set(path, value);
         this.refresh(id);
     }
@@ -147,13 +149,11 @@ export class SceneMirror {
     private applyOne(op: JsonObject): boolean {
         const id = stringOr(op.id, '');
         if (op.op === 'add' && typeof op.type === 'string') {
-            const { op: _, ...record } = op;
-            this.confirmed.set(id, record as SceneRecord);
+            this.confirmed.set(id, withoutOp(op) as SceneRecord);
             return true;
         }
         if (op.op === 'import') {
-            const { op: _, ...record } = op;
-            this.confirmed.set(id, { ...record, type: 'import' } as SceneRecord);
+            this.confirmed.set(id, { ...withoutOp(op), type: 'import' } as SceneRecord);
             return false; // what it brought is not named
         }
         if (op.op === 'remove') {

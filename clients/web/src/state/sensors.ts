@@ -139,8 +139,8 @@ export class Sensors {
         const lines = ['sensor,quantity,x_m,y_m,z_m,value,stderr'];
         for (const id of this.host.scene.list('sensor').peek()) {
             const told = await this.host.call('sensor.read', { id });
-            const add = (quantity: string, at: unknown, value: unknown, error: Json | undefined): void => {
-                if (typeof value === 'number') lines.push([id, quantity, ...(Array.isArray(at) ? at : []), value, numberOr(error, NaN)].join(','));
+            const add = (quantity: string, at: Json | undefined, value: Json | undefined, error: Json | undefined): void => {
+                if (typeof value === 'number') lines.push([id, quantity, ...(Array.isArray(at) ? at.map(Number) : []), value, numberOr(error, NaN)].join(','));
             };
             for (const name of ['ugr', 'dgp']) add(name, this.host.scene.peek(id)?.position, told[name], told[`${name}_stderr`]);
             const points = Array.isArray(told.points) ? told.points.filter(isObject) : [];

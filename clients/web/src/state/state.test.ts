@@ -227,9 +227,9 @@ test('light that is in no picture is told once there is enough of it', () => {
     meter.stats({ ...frame, caustics: null });
     assert.equal(meter.server.value?.missing, null, 'not known yet');
     meter.stats({ ...frame, caustics: { share: 0.031, why: '3.1 % of the light of sun is in no picture', mend: 'Give it' } });
-    assert.deepEqual(meter.server.value?.missing, { why: '3.1 % of the light of sun is in no picture', mend: 'Give it' });
+    assert.deepEqual(meter.server.value.missing, { why: '3.1 % of the light of sun is in no picture', mend: 'Give it' });
     meter.stats({ ...frame, caustics: { share: 0.001, why: '', mend: '' } });
-    assert.equal(meter.server.value?.missing, null);
+    assert.equal(meter.server.value.missing, null);
 });
 
 test('what effects take of the time stands beside what they leave of the noise', () => {
@@ -257,12 +257,12 @@ test('a frame that took no work says what it shows, and not that it took nothing
     const frame = { ms: 20, passes: 1, rays: { primary: 4000 }, effects: { direct: { on: true, rays: 7 } } };
     meter.stats({ ...frame, cache: { records: 90, created: 3, updated: 2, reused: 80, removed: 1, discarded: 0 }, method: 'live' });
     assert.equal(meter.server.value?.raysPerSecond, 200000);
-    assert.deepEqual(meter.server.value?.cache, { records: 90, created: 3, updated: 2, reused: 80, removed: 1 });
+    assert.deepEqual(meter.server.value.cache, { records: 90, created: 3, updated: 2, reused: 80, removed: 1 });
     meter.stats({ ms: 0, passes: 0, rays: { primary: 0 }, effects: {}, cache: { records: 0 }, overlay: { unit: 'relative', limits: [0.1], colors: ['#000000', '#ffffff'] }, in_view: 'nothing' });
-    const { ms, raysPerSecond, effects, cache, legend, inView } = meter.server.value!;
-    assert.deepEqual([ms, raysPerSecond, effects[0]?.rays, cache?.records], [20, 200000, 7, 90]);
+    const { ms, raysPerSecond, effects, cache, legend, inView } = meter.server.value;
+    assert.deepEqual([ms, raysPerSecond, effects[0]?.rays, cache.records], [20, 200000, 7, 90]);
     assert.deepEqual([legend?.colors.length, inView], [2, 'nothing']);
     assert.equal(meter.ticks.value, 1, 'and leaves no mark in the history');
     meter.stats({ ...frame, cache: { records: 0, created: 0, updated: 0, reused: 0, removed: 0, discarded: 0 } });
-    assert.equal(meter.server.value?.cache, null, 'a method without a cache');
+    assert.equal(meter.server.value.cache, null, 'a method without a cache');
 });

@@ -89,7 +89,7 @@ export class Uploads {
 /** A picture as sky. It has its own sun, and only one sky shines: those that were there are switched off. */
 export function skyOps(asset: string, lights: readonly SceneRecord[], taken: (id: string) => boolean): Op[] {
     const image = newId('sky-image', taken);
-    const before = lights.filter((l) => isOn(l) && (['environment', 'sky', 'sun'].includes(String(l.kind)) || l.id === 'default-sun'));
+    const before = lights.filter((l) => isOn(l) && (['environment', 'sky', 'sun'].includes(stringOr(l.kind, '')) || l.id === 'default-sun'));
     return [
         ...switchOff(before),
         { op: 'add', type: 'image', id: image, asset },

@@ -22,7 +22,7 @@ async function below(entry: FileSystemEntry, at = ''): Promise<Named[]> {
 async function filesOf(data: DataTransfer): Promise<Named[]> {
     // All at once: later the list is empty.
     const dropped = [...data.items].map((item) => ({ entry: item.webkitGetAsEntry(), file: item.getAsFile() }));
-    return (await Promise.all(dropped.map(({ entry, file }) => (entry ? below(entry) : file ? [named(file)] : [])))).flat();
+    return (await Promise.all(dropped.map(({ entry, file }) => (entry ? below(entry) : Promise.resolve(file ? [named(file)] : []))))).flat();
 }
 
 /** Takes files wherever on the page they are let go. */

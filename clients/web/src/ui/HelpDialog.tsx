@@ -20,7 +20,7 @@ export function HelpDialog() {
             class="help"
             aria-labelledby="help-title"
             onClose={close}
-            onClick={(e) => e.target === dialog.current && close()}
+            closedby="any"
         >
             <div class="help-body">
                 <header>

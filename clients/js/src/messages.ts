@@ -1,0 +1,251 @@
+/**
+ * What each request takes and is answered, as protocol/PROTOCOL.md says; units are in the names. That page tells them in prose and
+ * examples: a test holds its examples against these types, and Params and Answers to the list of methods that is made from it.
+ */
+import type { FrameStats, Light, Method, Records, Sensor } from './records.js';
+import type { JsonObject } from './rpc.js';
+
+type Vec3 = readonly [number, number, number];
+
+export interface CameraPose {
+    position: Vec3;
+    target: Vec3;
+    up?: Vec3;
+    vfov_deg?: number;
+}
+
+/** Of view.open and view.update. */
+export interface ViewMembers {
+    size?: readonly [number, number];
+    rest_size?: readonly [number, number];
+    camera?: CameraPose;
+    camera_id?: string;
+    camera_seq?: number;
+    codec?: 'jpeg' | 'png' | 'rgba8' | 'half_deflate';
+    quality?: number;
+    downscale?: 0 | 1 | 2;
+    method?: string;
+    spp?: number;
+    exposure_ev?: number | null;
+    tone_map?: NonNullable<Records['render']['tone_map']>;
+    white_balance_k?: number | null;
+    effects?: Readonly<Record<string, 'off' | 'on' | 'auto'>>;
+    overlay?: 'none' | 'luminance' | 'illuminance' | 'error' | 'shapes' | 'guidance_soft_shadow' | 'guidance_indirect_diffuse' | 'guidance_media';
+    false_color?: {
+        scale?: 'log' | 'linear';
+        min?: number | null;
+        max?: number | null;
+        smooth?: boolean;
+        lines?: 'off' | 'on' | 'only';
+        palette?: 'even' | 'spectrum';
+    };
+    budget?: { time_ms?: number; error?: number };
+    solo?: readonly string[] | null;
+    stats?: boolean;
+    resend?: boolean;
+}
+
+/** How an edit is told apart: sent again with repeat it is done once. */
+export interface EditMembers {
+    op_id?: string;
+    repeat?: boolean;
+}
+
+interface Edited {
+    scene_rev: number;
+    repeated?: boolean;
+    warnings?: readonly string[];
+}
+
+export interface SessionLimits {
+    message_bytes: number;
+    messages_per_s: number;
+    bytes_per_s: number;
+    burst_bytes: number;
+    json_depth: number;
+    ops_per_message: number;
+    views: number;
+    view_side: number;
+    view_pixels: number;
+    unacked_frames: number;
+    tile_side: number;
+    undo_steps: number;
+    undo_bytes: number;
+    upload_bytes: number;
+    upload_files: number;
+}
+
+export interface PhotometryOfWeb {
+    flux_lm: number;
+    rated_lm?: number;
+    watts?: number;
+    lm_per_w?: number;
+    name?: string;
+    up: number;
+    peak_cd: number;
+    peak_c_deg: number;
+    peak_gamma_deg: number;
+    beam_deg: readonly [number, number];
+    field_deg: readonly [number, number];
+    symmetry: 'axial' | 'quadrant' | 'c0-c180' | 'c90-c270' | 'none';
+    type: 'c' | 'b' | 'a';
+    opening: 'point' | 'rectangle' | 'disc' | 'sphere';
+    size: Vec3;
+    planes: number;
+    angles: number;
+    polar_cd: Record<'gamma_deg' | 'c0' | 'c90' | 'c180' | 'c270', readonly number[]>;
+}
+
+/** One of the notification `sensors`. */
+export interface SensorValue {
+    id: string;
+    kind: Sensor['kind'];
+    quantity?: NonNullable<Sensor['quantity']>;
+    scene_rev: number;
+    settled: boolean;
+    nu?: number;
+    nv?: number;
+    left_out?: number;
+    em_lx?: number | null;
+    em_stderr_lx?: number | null;
+    emin_lx?: number | null;
+    emin_stderr_lx?: number | null;
+    emax_lx?: number | null;
+    emax_stderr_lx?: number | null;
+    uo?: number | null;
+    uo_stderr?: number | null;
+    ugr?: number | null;
+    ugr_stderr?: number | null;
+    background_cd_m2?: number | null;
+    background_stderr_cd_m2?: number | null;
+    sources?: number;
+    sources_out_of_range?: number;
+    lamps_without_extent?: number;
+    targets?: Partial<Record<'em' | 'uo' | 'ugr', { target: number; passes: boolean; sure: boolean }>>;
+    lx?: readonly (number | null)[];
+}
+
+type None = Record<string, never>;
+type Pixel = { view_id: number; x: number; y: number };
+
+/** What a request takes. */
+export interface Params {
+    'session.hello': { token?: string; client?: string; resume?: string; key?: string; scene_rev?: number };
+    'scene.get': { expand?: boolean };
+    'view.open': ViewMembers & { size: readonly [number, number] };
+    'view.update': ViewMembers & { view_id: number };
+    'view.close': { view_id: number };
+    'view.read': Pixel;
+    'frame.ack': { view_id: number; frame_seq: number };
+    pick: Pixel;
+    bounds: { id: string };
+    photometry: { id: string };
+    daylight: None;
+    'stats.get': None;
+    probe: { samples?: number; view_id?: number } & ({ point: Vec3; normal: Vec3 } | Pixel);
+    'sensor.watch': { on?: boolean; points?: boolean };
+    'sensor.read': { id: string };
+    'sensor.place': { on?: string; height_m?: number; border_m?: number };
+    'report.get': { view_id?: number };
+    'scene.apply': EditMembers & { ops: readonly JsonObject[]; base_rev?: number; undo_group?: string };
+    'scene.undo': EditMembers;
+    'scene.redo': EditMembers;
+    'preset.store': EditMembers & { id: string; name?: string; fade_s?: number };
+    'preset.recall': EditMembers & { id: string; fade_s?: number };
+    'preset.stop': EditMembers;
+    'asset.list': { kind: 'photometry'; match?: string };
+    'asset.photometry': { asset: string };
+    'asset.upload': { files: readonly { name: string; bytes: number }[] };
+    'session.list': None;
+    'session.end': { session: string };
+}
+
+/** What it is answered. */
+export interface Answers {
+    'session.hello': {
+        session: string;
+        role: 'view' | 'measure' | 'edit' | 'admin';
+        key: string;
+        resumed: boolean;
+        missed: number | null;
+        imports: boolean;
+        uploads: boolean;
+        saved: 'commit' | 'interval' | 'no';
+        limits: SessionLimits;
+        scene_rev: number;
+        protocol: number;
+    };
+    'scene.get': { ops: readonly JsonObject[]; scene_rev: number };
+    'view.open': { view_id: number };
+    'view.update': JsonObject;
+    'view.close': JsonObject;
+    'view.read': { unit: 'cd/m2' | 'lx'; value: number | null; error: number | null; camera_seq: number; scene_rev: number };
+    'frame.ack': JsonObject;
+    pick: { id: string | null; point?: Vec3; normal?: Vec3; distance?: number };
+    bounds: { min: Vec3; max: Vec3 };
+    photometry: PhotometryOfWeb;
+    daylight: {
+        sun: { id: string; elevation_deg: number; azimuth_deg: number; illuminance_lx: number; horizontal_lx: number } | null;
+        sky: { id: string; luminance_cd_m2: number; horizontal_lx: number } | null;
+    };
+    'stats.get': JsonObject;
+    probe: {
+        illuminance_lx: number;
+        stderr_lx: number;
+        irradiance: Vec3;
+        point: Vec3;
+        normal: Vec3;
+        samples: number;
+        rays: number;
+        scene_rev: number;
+    };
+    'sensor.watch': JsonObject;
+    'sensor.read': Partial<SensorValue> & {
+        id: string;
+        points?: readonly { point: Vec3; lx?: number; stderr_lx?: number; left_out?: string }[];
+    };
+    'sensor.place': Sensor;
+    'report.get': { scene_rev: number; html: string };
+    'scene.apply': Edited;
+    'scene.undo': Edited;
+    'scene.redo': Edited;
+    'preset.store': Edited;
+    'preset.recall': Edited;
+    'preset.stop': Edited;
+    'asset.list': { assets: readonly { asset: string; bytes: number }[]; whole: boolean };
+    'asset.photometry': PhotometryOfWeb & { warnings: readonly string[] };
+    'asset.upload': { put: string };
+    'session.list': { sessions: readonly { session: string; person: string; role: string; address: string }[] };
+    'session.end': JsonObject;
+}
+
+/** What the server tells without being asked. */
+export interface Notifications {
+    'scene.changed': {
+        scene_rev: number;
+        op_id?: string | null;
+        user: string;
+        ops: readonly JsonObject[];
+        emits?: Readonly<Record<string, Partial<Emits> | null>>;
+    };
+    'import.progress': { id: string; stage: string; fraction: number };
+    'frame.stats': FrameStats;
+    sensors: { sensors: readonly SensorValue[] };
+    'preset.fading': { id: string; fade_s: number; left_s: number };
+    'session.closing': JsonObject;
+}
+
+/** The light of an object that shines. */
+export interface Emits {
+    flux_lm: number;
+    material_flux_lm: number;
+    luminance_cd_m2: number;
+    area_m2: number;
+    color: NonNullable<Light['color']>;
+    centre: Vec3;
+    sides: 'both' | 'front';
+}
+
+/** No method is missing, and none is made up. */
+type Same<A, B> = [A] extends [B] ? ([B] extends [A] ? true : never) : never;
+export const complete: [Same<keyof Params, Method>, Same<keyof Answers, Method>] = [true, true];

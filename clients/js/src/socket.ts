@@ -1,0 +1,30 @@
+/** A WebSocket of lumend.v1: the browser's own, node's own from 22 on, or that of the package ws. */
+
+export const SUBPROTOCOL = 'lumend.v1';
+
+async function socketClass(): Promise<typeof WebSocket> {
+    if (typeof WebSocket !== 'undefined') return WebSocket;
+    const name = 'ws'; // not a literal: what packs this for browsers does not look for it
+    return ((await import(/* @vite-ignore */ name)) as { WebSocket: typeof WebSocket }).WebSocket;
+}
+
+/** Where the page of that URL has its WebSocket, and the token after #t=. Throws where it is no URL. */
+export function addressOf(page: string): { address: string; token: string | null } {
+    const url = new URL(page);
+    if (!/^(http|ws)s?:$/.test(url.protocol)) throw new TypeError(`${page} is not a URL of lumend: http://HOST:PORT/#t=TOKEN`);
+    const token = new URLSearchParams(url.hash.slice(1)).get('t');
+    return { address: `${url.protocol.replace('http', 'ws')}//${url.host}${url.pathname}`, token };
+}
+
+/** Open, or an error that says why not. */
+export async function openSocket(address: string): Promise<WebSocket> {
+    const socket = new (await socketClass())(address, SUBPROTOCOL);
+    socket.binaryType = 'arraybuffer';
+    return new Promise((resolve, reject) => {
+        socket.onopen = () => resolve(socket);
+        socket.onerror = (event) => {
+            const why = 'message' in event && typeof event.message === 'string' ? `: ${event.message}` : '';
+            reject(new Error(`cannot connect to ${address}${why}: does lumend run there?`));
+        };
+    });
+}

@@ -1,0 +1,250 @@
+// clients/js: sessions, edits, pictures and sensors of a running daemon; what is refused, and what breaks.
+//     LUMEND=build/release/bin/lumend node tests/e2e/js_client_test.mjs
+// Compiled with what clients/web has installed, ws among it: nothing is fetched.
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { fileURLToPath, pathToFileURL } from 'node:url';
+import { deflateSync, inflateSync } from 'node:zlib';
+import { Daemon } from './web/daemon.mjs';
+
+const root = fileURLToPath(new URL('../..', import.meta.url));
+const js = join(root, 'clients/js');
+const ofWeb = createRequire(join(root, 'clients/web/package.json'));
+const out = join(root, 'clients/web/node_modules/.cache/js');
+const LAMP = 'ceiling-panel';
+
+let lumend, inside, daemon, session;
+
+before(async () => {
+    rmSync(out, { recursive: true, force: true });
+    await ofWeb('esbuild').build({
+        entryPoints: ['src/index.ts', 'src/picture.ts', 'src/frame.ts', 'examples/first_picture.js', 'examples/even_light.js'].map((path) => join(js, path)),
+        outdir: out,
+        outbase: js,
+        bundle: true,
+        platform: 'node',
+        format: 'esm',
+        target: 'node18',
+        alias: { lumend: join(js, 'src/index.ts') },
+        outExtension: { '.js': '.mjs' },
+        logLevel: 'warning',
+    });
+    const load = (name) => import(pathToFileURL(join(out, `src/${name}.mjs`)));
+    lumend = await load('index');
+    inside = { ...(await load('picture')), ...(await load('frame')) };
+    daemon = new Daemon('cornell', null, ['--deterministic']);
+    session = await lumend.connect(await daemon.start(), { client: 'test' });
+});
+
+after(async () => {
+    await session.close();
+    assert.equal(await daemon.stop(), 0);
+});
+
+const refused = (code) => (error) => error instanceof lumend.RpcError && error.app === code;
+
+test('edits are made together or not at all, undone and redone, and others see them', async () => {
+    const before = await session.scene();
+    assert.equal(before.get(LAMP).type, 'light');
+    assert.equal(before.get('render').type, 'render');
+    const other = await lumend.connect(daemon.url);
+    const told = new Promise((resolve) => other.on('scene.changed', resolve));
+    const rev = await session.edit(
+        (edit) => {
+            edit.add('light', 'key', { kind: 'point', position: [0, 2, 0], flux_lm: 800 });
+            edit.set('key', { cct_k: 3000, on: false });
+            edit.setPart('key', '/position/1', 2.5);
+        },
+        { op_id: 'three-at-once' },
+    );
+    const { op_id: opId, user, scene_rev: heard } = await told;
+    assert.deepEqual([opId, user, heard, session.sceneRev], ['three-at-once', session.name, rev, rev]);
+    const now = (await other.scene()).get('key');
+    assert.deepEqual([now.position, now.cct_k, now.on, now.flux_lm, other.sceneRev], [[0, 2.5, 0], 3000, false, 800, rev]);
+    await other.close();
+    await session.undo();
+    assert.ok(!(await session.scene()).has('key'));
+    await session.redo();
+    await session.edit((edit) => edit.remove('key'));
+    assert.deepEqual(await session.scene(), before);
+    const repeated = await session.call('scene.apply', { ops: [{ op: 'remove', id: LAMP }], op_id: 'three-at-once', repeat: true });
+    assert.deepEqual(repeated, { scene_rev: rev, repeated: true });
+    assert.ok((await session.scene()).has(LAMP));
+    assert.equal((await session.ops()).find((op) => op.id === LAMP).op, 'add');
+});
+
+test('what is refused says why', async () => {
+    const wrong = session.edit((edit) => edit.set(LAMP, { flux_lm: -1 }));
+    await assert.rejects(wrong, (error) => refused('invalid_value')(error) && /flux_lm/.test(error.path));
+    await assert.rejects(session.sensor('desk'), refused('not_found'));
+    await assert.rejects(session.view(0, 4), refused('invalid_value'));
+    await assert.rejects(session.apply([{ op: 'remove', id: 'nobody' }]), refused('not_found'));
+    await assert.rejects(lumend.connect(daemon.url.replace(/t=.*/, 't=wrong')), (error) => error instanceof lumend.RpcError || /token/.test(error.message));
+});
+
+test('pictures show edits, in bytes and in cd/m2', async () => {
+    const view = await session.view(96, 72, { linear: true, method: 'path', spp: 4 });
+    const lit = await view.picture();
+    assert.deepEqual([lit.converged, lit.linear, lit.stats.spp, lit.stats.method], [true, true, 4, 'path']);
+    const { value, unit } = await view.read(48, 60);
+    assert.equal(unit, 'cd/m2');
+    assert.ok(Math.abs(lit.luminance()[96 * 60 + 48] / value - 1) < 2 ** -10, 'half floats have 11 bits');
+    const rev = await session.edit((edit) => [LAMP, 'globe'].forEach((lamp) => edit.set(lamp, { on: false })));
+    const dark = await view.picture();
+    assert.deepEqual([Math.max(...dark.luminance()), dark.sceneRev], [0, rev]);
+    await session.undo();
+    assert.deepEqual((await view.picture()).radiance(), lit.radiance());
+    assert.equal((await view.pick(48, 70)).id, 'floor');
+    await view.update({ camera: { position: [0, 2, 7.4], target: [0, 2, 17] } }); // looks away from the room
+    assert.equal(Math.max(...(await view.picture()).luminance()), 0);
+    await assert.rejects(lit.png(), TypeError);
+    await view.close();
+
+    const small = await session.view(64, 48, { spp: 1 });
+    const picture = await small.picture(false);
+    assert.deepEqual([picture.width, picture.height, picture.linear], [64, 48, false]);
+    const png = Buffer.from(await picture.png());
+    assert.deepEqual([png.toString('latin1', 12, 16), png.readUInt32BE(16), png.readUInt32BE(20)], ['IHDR', 64, 48]);
+    const rows = inflateSync(png.subarray(png.indexOf('IDAT') + 4, -16));
+    assert.deepEqual([...rows.subarray(-4)], [...picture.rgba().slice(-4)]);
+    await small.close();
+});
+
+const HEADER = { magic: 'LUMF', flags: 1, frame: 1, x: 0, y: 0, w: 2, h: 2, fullW: 4, fullH: 2, codec: 0, downscale: 0 };
+
+function message(fields, payload) {
+    const h = { ...HEADER, ...fields };
+    const pixels = payload ?? Buffer.alloc(4 * h.w * h.h, h.frame);
+    const all = Buffer.alloc(64 + pixels.length);
+    all.write(h.magic, 'latin1');
+    all.set([1, 1, 64], 4);
+    all.writeUInt32LE(h.flags, 8);
+    all.writeUInt32LE(pixels.length, 12);
+    all.writeBigUInt64LE(BigInt(h.frame), 16);
+    [h.x, h.y, h.w, h.h, h.fullW, h.fullH].forEach((v, i) => all.writeUInt16LE(v, 40 + 2 * i));
+    all.set([h.codec, 0, h.downscale], 52);
+    all.set(pixels, 64);
+    return all.buffer.slice(all.byteOffset, all.byteOffset + all.length);
+}
+const tile = async (fields, payload) => inside.readTile(inside.decodeFrame(message(fields, payload)));
+
+test('tiles come together with the last of their frame', async () => {
+    const canvas = new inside.Canvas();
+    assert.ok(canvas.take(await tile({ w: 4 })));
+    const whole = canvas.picture(null).rgba();
+    assert.ok(!canvas.take(await tile({ flags: 0, frame: 2 })));
+    assert.deepEqual(canvas.picture(null).rgba(), whole);
+    assert.ok(canvas.take(await tile({ frame: 3, x: 2 }))); // 2 was cut off: nothing of it shows
+    const row = [...Array(8).fill(1), ...Array(8).fill(3)];
+    assert.deepEqual([...canvas.picture(null).rgba()], [...row, ...row]);
+});
+
+test('half floats of all kinds are read', async () => {
+    const canvas = new inside.Canvas();
+    const halves = [0x3c00, 0xc000, 0x7bff, 0x3c00, 0x0001, 0x0400, 0x3555, 0x3c00]; // 1, -2, the largest; the least, the least normal, a third
+    canvas.take(await tile({ codec: 4, w: 2, h: 1, fullW: 2, fullH: 1 }, deflateSync(Buffer.from(new Uint16Array(halves).buffer))));
+    assert.deepEqual([...canvas.picture(null).radiance()], [1, -2, 65504, 2 ** -24, 2 ** -14, 1365 / 4096]);
+});
+
+test('tiles that do not fit are refused, and so is what unpacks to more than it says', async () => {
+    const wrong = [[{ x: 3 }], [{}, Buffer.from('1234')], [{ codec: 1 }], [{ magic: 'LUMG' }], [{ downscale: 1 }], [{ codec: 4 }, Buffer.from('none')]];
+    for (const [fields, payload] of [...wrong, [{ codec: 4, w: 1, h: 1 }, deflateSync(Buffer.alloc(1 << 24))]]) {
+        await assert.rejects(tile(fields, payload), JSON.stringify(fields));
+    }
+});
+
+test('sensors are measured, and the examples run', async () => {
+    const run = (url, name, ...more) =>
+        spawnSync(process.execPath, [join(out, `examples/${name}.mjs`), url, ...more], { encoding: 'utf8', env: { ...process.env, STEPS: '2', ENOUGH: '0.05' } });
+    const empty = new Daemon(join(root, 'clients/python/examples/empty.jsonl'), null, ['--deterministic']);
+    const url = await empty.start();
+    const even = run(url, 'even_light');
+    const [, first, last] = /Uo (\S+) before, (\S+) now/.exec(even.stdout) ?? assert.fail(even.stderr);
+    assert.ok(Number(last) > Number(first), even.stdout);
+    assert.match(run(url, 'even_light').stderr, /there are objects in this scene/);
+    const picture = join(out, 'first.png');
+    const { stdout, stderr } = run(url, 'first_picture', picture);
+    assert.match(stdout, /4 samples per pixel/, stderr);
+    assert.equal(readFileSync(picture).readUInt32BE(16), 600);
+
+    const other = await lumend.connect(url);
+    const exact = ({ em_lx: mean, em_stderr_lx: error }) => error < 0.02 * mean;
+    const full = await other.sensor('work-plane', exact);
+    const rev = await other.edit((edit) => [1, 2, 3, 4].forEach((i) => edit.set(`lamp-${i}`, { flux_lm: 250 })));
+    const dim = await other.sensor('work-plane', exact);
+    assert.equal(dim.scene_rev, rev);
+    // Lamps of a tenth: 4 standard errors of the ratio of two means.
+    const noise = 4 * Math.hypot(full.em_stderr_lx / full.em_lx, dim.em_stderr_lx / dim.em_lx);
+    assert.ok(Math.abs((10 * dim.em_lx) / full.em_lx - 1) < noise + 1e-6);
+    const probed = await other.call('probe', { point: [0, 0.75, 0], normal: [0, 1, 0], samples: 256 });
+    assert.ok(probed.illuminance_lx > dim.emin_lx - 5 * probed.stderr_lx);
+    await other.close();
+    assert.equal(await empty.stop(), 0);
+});
+
+test('a server that stops, or is none, is told', async () => {
+    const short = new Daemon('cornell', null);
+    const cut = await lumend.connect(await short.start(), { timeoutMs: 30_000 });
+    await assert.rejects(cut.wait(() => null, 'it did not come', () => null, 1), /it did not come within 0.001 s/);
+    const view = await cut.view(64, 48, { spp: 1 });
+    await view.picture();
+    assert.equal(await short.stop(), 0);
+    await assert.rejects(cut.wait(() => null, 'nothing', () => null), lumend.ClosedError);
+    await assert.rejects(cut.scene(), lumend.ClosedError);
+    await cut.close();
+    await assert.rejects(lumend.connect(short.url), /does lumend run there/);
+    await assert.rejects(lumend.connect('no address'), TypeError);
+    await assert.rejects(lumend.connect('ftp://127.0.0.1/'), /is not a URL of lumend/);
+});
+
+// ---- types ----
+
+/** Requests, replies and notifications of PROTOCOL.md as values of their types. */
+function examples() {
+    const page = readFileSync(join(root, 'protocol/PROTOCOL.md'), 'utf8');
+    const lines = ["import type { Answers, Notifications, Params } from './messages.js';"];
+    const give = (type, value) => lines.push(`export const v${lines.length}: ${type} = ${JSON.stringify(value)};`);
+    for (const [, block] of page.matchAll(/```json\n(.*?)```/gs)) {
+        const asked = new Map();
+        for (const [, arrow, text] of block.matchAll(/^([→←]) (.*)$/gm)) {
+            const { id, method, params, result } = JSON.parse(text);
+            if (arrow === '→') {
+                asked.set(id, method);
+                give(`Params['${method}']`, params ?? {});
+            } else if (method === 'frame.stats') give("Partial<Notifications['frame.stats']>", params);
+            else if (method) give(`Notifications['${method}']`, params);
+            else if (result && asked.has(id)) give(`Answers['${asked.get(id)}']`, result);
+        }
+    }
+    return lines;
+}
+
+const MISTAKES = [
+    "edit.add('light', 'key', { kind: 'pont' })",
+    "edit.add('light', 'key', { flux_lm: 800 })", // of no kind
+    "edit.add('render', 'render', { spp: 4 })", // is always there
+    "edit.set('key', { fluxlm: 800 })",
+    "session.call('scene.gte', {})",
+    "session.call('bounds', { ids: 'room' })",
+    "session.view(4, 3, { spp: '64' })",
+];
+
+test('types are those of the protocol: its examples fit them, mistakes do not', () => {
+    const check = spawnSync('python3', ['-B', join(js, 'records_from_protocol.py'), '--check'], { encoding: 'utf8' });
+    assert.equal(check.status, 0, check.stderr);
+    const found = examples();
+    assert.ok(found.length > 60, `${found.length} examples`);
+    const folder = join(out, 'types');
+    mkdirSync(folder, { recursive: true });
+    writeFileSync(join(folder, 'examples.ts'), found.join('\n').replace("'./messages.js'", `'${js}/src/messages.js'`));
+    const mistakes = MISTAKES.map((line) => `    // @ts-expect-error\n    void ${line};`).join('\n');
+    writeFileSync(join(folder, 'mistakes.ts'), `import type { Edit, Session } from '${js}/src/index.js';\nexport function f(edit: Edit, session: Session): void {\n${mistakes}\n}\n`);
+    const files = ['examples.ts', 'mistakes.ts'].map((name) => join(folder, name));
+    const options = ['--noEmit', '--strict', '--noUncheckedIndexedAccess', '--target', 'ES2022', '--module', 'ESNext', '--moduleResolution', 'bundler', '--skipLibCheck'];
+    const tsc = spawnSync(process.execPath, [ofWeb.resolve('typescript/bin/tsc'), ...options, '--lib', 'ES2022,DOM,DOM.Iterable', ...files], { encoding: 'utf8' });
+    assert.equal(tsc.status, 0, tsc.stdout);
+});
