@@ -19,8 +19,8 @@
 #include "server/world/luminaires.h"
 #include "server/world/photometry.h"
 
-#define PROGRESS_EVERY_NS 100000000ll
-#define STAGE_EVERY_NS 10000000ll /* of a new stage: a child gone wrong must not flood a session */
+#define PROGRESS_EVERY_NS 100000000ll /* of the same stage: a bar that moves evenly to the eye */
+#define STAGE_EVERY_NS 10000000ll     /* of a new stage: a child gone wrong must not flood a session */
 
 static void count(struct lum_director *d, uint64_t *counter)
 {

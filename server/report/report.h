@@ -17,6 +17,7 @@ struct lum_measured {
 };
 
 enum { LUM_REPORT_PICTURE, LUM_REPORT_ILLUMINANCE, LUM_REPORT_PICTURES };
+/* px, 3:2: sharp where it is printed 15 cm wide, at 150 dpi. */
 #define LUM_REPORT_PICTURE_W 900u
 #define LUM_REPORT_PICTURE_H 600u
 
