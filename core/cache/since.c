@@ -155,16 +155,14 @@ static inline uint32_t meets(float cx, float cy, float cz, float x, float y, flo
 /* Segments from one point to the VPLs k .. k + LUM_LANES - 1, as bits. */
 static uint32_t segments_meet(const struct lum_vpl_set *set, uint32_t k, struct lum_vec3 from, const struct box *box)
 {
-    const struct lum_vec3 o = lum_v3_sub(from, box->middle), s = lum_vpl_seen_from(set, k, from);
-    uint32_t met[LUM_LANES], bits = 0;
+    const struct lum_vec3 o = lum_v3_sub(from, box->middle), s = lum_vpl_seen_from(set, k, from), e = box->half;
+    const float *px = set->px + k, *py = set->py + k, *pz = set->pz + k;
+    uint32_t met = 0;
     for (uint32_t i = 0; i < LUM_LANES; i++) {
-        float x = 0.5f * (set->px[k + i] - s.x), y = 0.5f * (set->py[k + i] - s.y);
-        float z = 0.5f * (set->pz[k + i] - s.z);
-        met[i] = meets(o.x + x, o.y + y, o.z + z, x, y, z, box->half);
+        float x = 0.5f * (px[i] - s.x), y = 0.5f * (py[i] - s.y), z = 0.5f * (pz[i] - s.z);
+        met |= meets(o.x + x, o.y + y, o.z + z, x, y, z, e) ? lum_lane_bit[i] : 0u;
     }
-    for (uint32_t i = 0; i < LUM_LANES; i++)
-        bits |= met[i] << i;
-    return bits;
+    return met;
 }
 
 /* Those of a word of bits whose segments meet the box. */

@@ -22,6 +22,7 @@ struct lum_error_map {
     float *rms;                  /* settled: nx * ny, cd/m2; NAN: nothing is known */
     float *rel;                  /* over the light around, of which no place has less than LUM_ERROR_DARK of the mean */
 };
+/* Larger: errors in the dark count less; smaller: black corners, where nobody looks, are all that the map shows. */
 #define LUM_ERROR_DARK 0.1
 
 /* Makes a map of the picture in which nothing is known. */

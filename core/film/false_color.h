@@ -23,8 +23,8 @@ struct lum_false_color {
     double min, max; /* ends of the scale; NAN: as the picture has it. min of a logarithmic one is above 0 */
 };
 
-#define LUM_SCALE_LIMITS 24u
-#define LUM_SCALE_COLORS 128u
+#define LUM_SCALE_LIMITS 24u  /* room for them: few legends have more than 14, and one that would keeps the lowest */
+#define LUM_SCALE_COLORS 128u /* of a smooth one: more are hardly told apart, fewer show as steps */
 struct lum_scale {
     enum lum_scale_kind kind;
     bool smooth;

@@ -13,7 +13,7 @@
 /* OpenEXRCore reports through a callback on the calling thread, with the context's user data only for streams; the text
  * goes by a thread-local pointer that is set for the length of one call into this file. */
 static _Thread_local char *message_sink;
-#define MESSAGE_MAX 160
+#define MESSAGE_MAX 160 /* what is longer is cut: it ends up in a line of text with the file's name */
 
 static void keep_message(exr_const_context_t ctx, exr_result_t code, const char *text)
 {

@@ -40,7 +40,7 @@ static const double weight[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
 /* Integral of L cos Z over azimuths at this height. */
 static double ring(const struct lum_cie_sky *s, double cos_z)
 {
-    enum { PANELS = 16 };
+    enum { PANELS = 16 }; /* 48 azimuths over half a turn: more for the sharpest glow around a sun, fewer for time */
     double sum = 0.0, sin_z = sqrt(fmax(0.0, 1.0 - cos_z * cos_z));
     for (int k = 0; k < PANELS; k++)
         for (int i = 0; i < 3; i++) {
@@ -55,7 +55,7 @@ static double ring(const struct lum_cie_sky *s, double cos_z)
  * it goes by the root of 1 - cos Z. */
 static double horizontal(const struct lum_cie_sky *s)
 {
-    enum { PANELS = 12 };
+    enum { PANELS = 12 }; /* on each side of the sun: 72 heights in all */
     double cut = sin(s->sun_elevation_rad), sum = 0.0;
     for (int side = 0; side < 2; side++) {
         double width = side ? 1.0 - cut : cut;

@@ -42,7 +42,7 @@ static void join_cones(struct lum_light_reach *a, const struct lum_light_reach *
 
 /* ---- building ---- */
 
-#define BUCKETS 12u
+#define BUCKETS 12u     /* places where a group may be parted: more find a cheaper one, and take longer to build */
 #define MEDIAN_FROM 16u /* depth from which lights are halved by number, however they lie */
 
 struct leaf {

@@ -4,8 +4,6 @@
 
 #include "core/math/cdf.h"
 
-#define DEGREE 0.017453292519943295
-
 /* ---- making one ---- */
 
 static enum lum_status check_angles(const char *field, const float *deg, uint32_t n, double lo, double hi,
@@ -111,9 +109,9 @@ static void copy_values(struct lum_web *w, const struct lum_web_desc *d, float p
 {
     bool around = d->n_c == 1;
     for (uint32_t i = 0; i < w->n_c; i++)
-        w->c[i] = (float)((around ? 360.0 * i : (double)d->c_deg[i]) * DEGREE);
+        w->c[i] = (float)((around ? 360.0 * i : (double)d->c_deg[i]) * LUM_RAD_PER_DEG);
     for (uint32_t k = 0; k < w->n_gamma; k++)
-        w->gamma[k] = (float)((double)d->gamma_deg[k] * DEGREE);
+        w->gamma[k] = (float)((double)d->gamma_deg[k] * LUM_RAD_PER_DEG);
     w->closed = around || d->c_deg[d->n_c - 1] - d->c_deg[0] >= 360.0f;
     for (uint32_t i = 0; i < w->n_c; i++)
         for (uint32_t k = 0; k < w->n_gamma; k++)

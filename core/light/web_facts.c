@@ -1,7 +1,5 @@
 #include "core/light/web_facts.h"
 
-#define DEG 0.017453292519943295
-
 const char *const lum_web_symmetry_names[] = {"axial", "quadrant", "c0-c180", "c90-c270", "none"};
 
 /* The lamp aims along +Z, c0 is +X, c90 is c0 x d: -Y. */
@@ -12,8 +10,8 @@ static struct lum_frame frame_of(const struct lum_web *w)
 
 static struct lum_vec3 way(double c_deg, double gamma_deg)
 {
-    double s = sin(gamma_deg * DEG), c = c_deg * DEG;
-    return lum_v3((float)(s * cos(c)), (float)(-s * sin(c)), (float)cos(gamma_deg * DEG));
+    double s = sin(gamma_deg * LUM_RAD_PER_DEG), c = c_deg * LUM_RAD_PER_DEG;
+    return lum_v3((float)(s * cos(c)), (float)(-s * sin(c)), (float)cos(gamma_deg * LUM_RAD_PER_DEG));
 }
 
 static float share_towards(const struct lum_web *w, const struct lum_frame *f, struct lum_vec3 d)
@@ -24,7 +22,8 @@ static float share_towards(const struct lum_web *w, const struct lum_frame *f, s
 double lum_web_polar_cd(const struct lum_web *w, double c_deg, double gamma_deg)
 {
     if (w->type == LUM_WEB_C) /* exactly at the file's own angles */
-        return w->peak_cd * (double)lum_web_share(w, (float)(c_deg * DEG), (float)(gamma_deg * DEG));
+        return w->peak_cd *
+               (double)lum_web_share(w, (float)(c_deg * LUM_RAD_PER_DEG), (float)(gamma_deg * LUM_RAD_PER_DEG));
     struct lum_frame f = frame_of(w);
     return w->peak_cd * (double)share_towards(w, &f, way(c_deg, gamma_deg));
 }
@@ -64,8 +63,8 @@ static void find_peak(const struct lum_web *w, const struct lum_frame *f, struct
     double c = (double)w->c[best / w->n_gamma], gamma = (double)w->gamma[best % w->n_gamma];
     struct lum_vec3 local = lum_v3((float)(sin(gamma) * cos(c)), (float)(sin(gamma) * sin(c)), (float)cos(gamma));
     struct lum_vec3 d = lum_frame_to_scene(f, local);
-    ret->peak_gamma_deg = atan2(hypot((double)d.x, (double)d.y), (double)d.z) / DEG;
-    ret->peak_c_deg = ret->peak_gamma_deg > 1e-3 ? atan2(-(double)d.y, (double)d.x) / DEG : 0.0;
+    ret->peak_gamma_deg = atan2(hypot((double)d.x, (double)d.y), (double)d.z) / LUM_RAD_PER_DEG;
+    ret->peak_c_deg = ret->peak_gamma_deg > 1e-3 ? atan2(-(double)d.y, (double)d.x) / LUM_RAD_PER_DEG : 0.0;
     if (ret->peak_c_deg < -1e-3)
         ret->peak_c_deg += 360.0;
 }
@@ -84,7 +83,8 @@ static double share_up(const struct lum_web *w, const struct lum_frame *f)
     }
     for (int k = 0; w->type != LUM_WEB_C && k < 60; k++)
         for (int i = 0; i < 120; i++)
-            half[k >= 30] += (double)share_towards(w, f, way(3 * i + 1.5, 3 * k + 1.5)) * sin((3 * k + 1.5) * DEG);
+            half[k >= 30] +=
+                (double)share_towards(w, f, way(3 * i + 1.5, 3 * k + 1.5)) * sin((3 * k + 1.5) * LUM_RAD_PER_DEG);
     return half[0] + half[1] > 0.0 ? half[1] / (half[0] + half[1]) : 0.0;
 }
 

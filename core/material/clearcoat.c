@@ -12,7 +12,8 @@ static float left_at(const struct lum_clearcoat *c, float cos)
     return 1.0f - albedo_of(c, lum_ggx_albedo(c->row, lum_min(fabsf(cos), 1.0f)));
 }
 
-/* Mean of 1 - E, of light that what lies below lets through: where one reflects much so does the other. */
+/* Mean of 1 - E, of light that what lies below lets through: where one reflects much so does the other. At midpoints,
+ * for each hit: more of them keep more light where E turns at grazing angles, and take time. */
 static float mean_left(const struct lum_bsdf *b)
 {
     enum { STEPS = 8 };

@@ -1,6 +1,6 @@
 #include "core/material/sheen.h"
 
-#define COS_MIN 2e-3f
+#define COS_MIN 2e-3f /* the header says why */
 
 /* ---- the table ---- */
 
@@ -103,7 +103,8 @@ float lum_sheen_through(const struct lum_bsdf *b, float cos)
     return 1.0f - b->sheen.weight * (b->sheen.weight > 0.0f ? lum_sheen_table(b->sheen.roughness, fabsf(cos)) : 0.0f);
 }
 
-/* Mean of what it lets through of light that the base's coat lets through. */
+/* Mean of what it lets through of light that the base's coat lets through. At midpoints,
+ * for each hit: more of them keep more light where E turns at grazing angles, and take time. */
 static float mean_left(const struct lum_bsdf *b)
 {
     enum { STEPS = 8 };

@@ -10,7 +10,7 @@
 
 #include "core/material/bsdf.h"
 
-#define LUM_SHEEN_ROUGHNESS_MIN (4.0f / 15.0f)
+#define LUM_SHEEN_ROUGHNESS_MIN (4.0f / 15.0f) /* the first row of the table of albedos */
 
 /* Of a BSDF that is complete but for a clear coat. */
 void lum_sheen_init(struct lum_bsdf *inout_bsdf, struct lum_rgb color, float roughness, struct lum_vec3 wo);

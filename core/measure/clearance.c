@@ -5,6 +5,8 @@
 #include "core/scene/surface.h"
 #include "core/trace/rays.h"
 
+/* Directions: more find narrower gaps, and are rays; a quarter of them may leave a body. Steps of a walk: more find
+ * ways out round more bends, and each is as many rays again. */
 enum { DIRECTIONS = 128, BACKS = DIRECTIONS * 3 / 4, STEPS = 6 };
 
 /* Does it stop light, and give none? */

@@ -11,7 +11,7 @@
 
 static double degrees(double rad)
 {
-    return rad * (180.0 / 3.14159265358979323846);
+    return rad * (180.0 / LUM_PI_D);
 }
 
 double lum_position_index(struct lum_vec3 sight, struct lum_vec3 up, struct lum_vec3 wi)

@@ -2,14 +2,14 @@
 
 #include <math.h>
 
-#define PI 3.14159265f
+#include "core/math/vec.h"
 
 float lum_cortex_low_pass(float frequency, int octave)
 {
     float half = ldexpf(1.0f, -octave), width = half * (2.0f / 3.0f), begin = half - 0.5f * width;
     if (frequency <= begin)
         return 1.0f;
-    return frequency < begin + width ? 0.5f + 0.5f * cosf(PI * (frequency - begin) / width) : 0.0f;
+    return frequency < begin + width ? 0.5f + 0.5f * cosf(LUM_PI * (frequency - begin) / width) : 0.0f;
 }
 
 float lum_cortex_base(float frequency)
@@ -28,5 +28,5 @@ float lum_cortex_fan(float angle_deg, int orientation)
 {
     const float width = 180.0f / LUM_CORTEX_ORIENTATIONS;
     float away = fabsf(remainderf(angle_deg - width * (float)orientation, 180.0f));
-    return away < width ? 0.5f + 0.5f * cosf(PI * away / width) : 0.0f;
+    return away < width ? 0.5f + 0.5f * cosf(LUM_PI * away / width) : 0.0f;
 }

@@ -11,7 +11,7 @@
 
 /* Pixels per degree of a display 0.7 m wide of 3840 pixels, seen from 0.7 m: what published values are for. */
 #define LUM_FLIP_PIXELS_PER_DEGREE 67.0206432765823
-#define LUM_FLIP_PIXELS_PER_DEGREE_MAX 400.0
+#define LUM_FLIP_PIXELS_PER_DEGREE_MAX 400.0 /* kernels grow with it: LUM_BLUR_RADIUS_MAX holds those of so many */
 
 struct lum_flip_input {
     uint32_t w, h;

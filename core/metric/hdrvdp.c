@@ -3,13 +3,13 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/math/vec.h"
 #include "core/metric/cortex.h"
 #include "core/metric/eye.h"
 #include "core/metric/fft.h"
 #include "core/metric/metric.h"
 
-#define PI 3.14159265358979324
-#define DEGREES_PER_RADIAN ((float)(180.0 / PI))
+#define DEGREES_PER_RADIAN ((float)(180.0 / LUM_PI_D))
 #define MARGIN 32u /* pixels of mirrored picture around it: a period of the coarsest band */
 /* Luminances the eye can be adapted to: 10^-3, 10^-2 ... 10^2; sensitivity between them is that of both, by parts. */
 #define LEVELS 6
@@ -18,7 +18,7 @@
 /* Daly's masking, (1 + (k1 (k2 m)^s)^4)^(1/4), k1 = W^(1 - 1/(1-Q)), k2 = W^(1/(1-Q)): for the calibrated slope s = 1
  * the product k1 k2 is W = 6, whatever Q is. */
 #define MASKING 6.0f
-/* Differences of luminance that rounding makes. */
+/* Differences that rounding makes: of luminance, in cd/m2, and of what is bright, relative to it. */
 #define SAME_LUMINANCE 1e-4f
 #define SAME_CONTRAST 1e-5f
 
@@ -157,7 +157,8 @@ struct curve {
 
 static void find_curve(const struct vdp *v, double luminance, struct curve *c)
 {
-    const double highest = sqrt(0.5) * v->in->pixels_per_degree / lum_eye_squeeze(0.25 * PI); /* along the diagonal */
+    const double highest =
+        sqrt(0.5) * v->in->pixels_per_degree / lum_eye_squeeze(0.25 * LUM_PI_D); /* along the diagonal */
     const double peak = lum_eye_peak_sensitivity(luminance, v->picture_deg2);
     c->step = highest / (CURVE_STEPS - 2);
     for (int i = 0; i < CURVE_STEPS; i++)

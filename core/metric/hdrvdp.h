@@ -17,7 +17,7 @@
 
 /* A display 0.375 m wide of 1280 pixels, seen from 0.5 m. */
 #define LUM_HDRVDP_PIXELS_PER_DEGREE 29.7877
-#define LUM_HDRVDP_PIXELS_PER_DEGREE_MAX 400.0
+#define LUM_HDRVDP_PIXELS_PER_DEGREE_MAX 400.0 /* as of FLIP: one option sets both */
 
 struct lum_hdrvdp_input {
     uint32_t w, h;

@@ -5,7 +5,7 @@
 
 #include <stdint.h>
 
-#define LUM_HEAT_COLORS 256u
+#define LUM_HEAT_COLORS 256u /* from black to L* = 98 in steps of .38: a grey of 8 bits has .39 */
 
 struct lum_heat {
     uint8_t srgb[LUM_HEAT_COLORS][3];

@@ -12,8 +12,8 @@
 #include <math.h>
 #include <stdint.h>
 
-#define LUM_FORECAST_POINTS 96u
-#define LUM_FORECAST_ROOT 0.5 /* powers of 1 / n: noise falls by no less, nothing by more */
+#define LUM_FORECAST_POINTS 96u /* 1 to 10 samples, and then by GROWS to 36 thousand; beyond, the oldest goes */
+#define LUM_FORECAST_ROOT 0.5   /* powers of 1 / n: noise falls by no less, nothing by more */
 #define LUM_FORECAST_STEEPEST 1.0
 
 /* Of a picture after some samples; errors are relative (lum_film_error), NAN where they are not known. */

@@ -30,7 +30,7 @@ struct lum_isoline_label {
     uint16_t x, y;
     uint8_t level;
 };
-#define LUM_ISOLINE_LABELS 48u
+#define LUM_ISOLINE_LABELS 48u /* more cover the picture that they are of; fewer leave lines without a value */
 #define LUM_LABEL_W 56u
 #define LUM_LABEL_H 24u
 /* A few for each level, at places that stay when lines move a little. Returns how many. */

@@ -150,11 +150,13 @@ static void gather_enough(const struct job *j, const struct span *s, struct gath
 #define AROUND 2 /* pixels each way */
 #define TENT 5   /* pixels each way, where it is 0 */
 
-/* On the same surface, and none that shows another. */
+/* On the same surface, to a turn of 26 degrees, and none that shows another. More turn: light goes round edges; less:
+ * on what is round, or has a normal map, nobody shares. */
+#define SAME_COS 0.9f
 static bool shares(const struct lum_surfaces *s, size_t pixel, size_t other)
 {
     return s->kind[other] == s->kind[pixel] && s->object[other] == s->object[pixel] &&
-           !(s->kind[pixel] & LUM_PIXEL_SPECULAR) && lum_dot(s->n[pixel], s->n[other]) > 0.9f;
+           !(s->kind[pixel] & LUM_PIXEL_SPECULAR) && lum_dot(s->n[pixel], s->n[other]) > SAME_COS;
 }
 
 /* Most are not, and next to that nothing is asked of them. */

@@ -4,8 +4,6 @@
  * meet before the chest and by a hood around a face. Heights are in units of the whole height, 0 at the floor. */
 #include "core/scene/shape_grid.h"
 
-static const double pi = 3.14159265358979323846;
-
 struct figure {
     double fold_depth, fold_turn;
 };
@@ -67,7 +65,7 @@ static const struct knot fold_depth[] = {{0.05, 0.170}, {0.20, 0.135}, {0.42, 0.
 static double ridges(double angle, int n, double phase)
 {
     double c = cos(0.5 * (n * angle + phase));
-    return sqrt(c * c + 0.02) - 2.0 / pi;
+    return sqrt(c * c + 0.02) - 2.0 / LUM_PI_D;
 }
 
 static double folds(const struct figure *f, double angle, double y)
@@ -128,7 +126,7 @@ static struct lum_vec3d body_point(const struct figure *f, double angle, double 
     double yc = fmin(y, 0.945);
     double c = cos(angle), s = sin(angle); /* angle from +z towards +x */
     double w = CURVE(half_width, yc), d = CURVE(half_depth, yc);
-    double front = remainder(angle, 2.0 * pi);
+    double front = remainder(angle, 2.0 * LUM_PI_D);
     double r = (1.0 + folds(f, front, y)) * crown(y);
     double out = (sleeves(front, y) + hood(front, y)) * crown(y);
     double length = sqrt(w * w * s * s + d * d * c * c);
@@ -145,7 +143,8 @@ static const struct knot row_height[] = {
 
 static struct lum_vec3d robe_position(const void *ctx, double u, double v)
 {
-    double angle = 2.0 * pi * u - 0.45 * sin(2.0 * pi * u); /* from +z towards +x; columns gather at the front */
+    double angle =
+        2.0 * LUM_PI_D * u - 0.45 * sin(2.0 * LUM_PI_D * u); /* from +z towards +x; columns gather at the front */
     if (v >= UNDERSIDE)
         return body_point(ctx, angle, CURVE(row_height, (v - UNDERSIDE) / (1.0 - UNDERSIDE)));
     struct lum_vec3d hem = body_point(ctx, angle, 0.050);
@@ -190,7 +189,7 @@ static const struct profile_point plinth[] = {
 static void band_at(const void *ctx, struct lum_grid_point *g)
 {
     const struct profile_point *p = (const struct profile_point *)ctx + g->j;
-    double angle = 2.0 * pi * g->u;
+    double angle = 2.0 * LUM_PI_D * g->u;
     g->p = (struct lum_vec3d){p->r * sin(angle), p->y, p->r * cos(angle)};
     g->n = (struct lum_vec3d){p->nr * sin(angle), p->ny, p->nr * cos(angle)};
 }

@@ -213,7 +213,7 @@ static struct lum_vec3 blend3(const float *array, const struct triangle *t)
     return lum_v3_mad(v, load3(array, t->index[2]), t->w[2]);
 }
 
-static struct lum_vec3 normal_to_scene(const struct lum_instance *instance, struct lum_vec3 n)
+struct lum_vec3 lum_instance_normal(const struct lum_instance *instance, struct lum_vec3 n)
 {
     const float(*m)[3] = instance->normal_m;
     return lum_normalize(lum_v3(m[0][0] * n.x + m[0][1] * n.y + m[0][2] * n.z,
@@ -255,7 +255,7 @@ static void triangle_surface(const struct lum_snapshot *snapshot, const struct l
     s->material = instance->material;
     s->light = instance->light;
     s->p = lum_affine_point(&instance->local_to_scene, blend3(mesh->positions, &t));
-    s->ng = normal_to_scene(instance, lum_cross(lum_v3_sub(t.p[1], t.p[0]), lum_v3_sub(t.p[2], t.p[0])));
+    s->ng = lum_instance_normal(instance, lum_cross(lum_v3_sub(t.p[1], t.p[0]), lum_v3_sub(t.p[2], t.p[0])));
     s->backface = lum_dot(s->ng, d) > 0.0f;
     if (s->backface)
         s->ng = lum_v3_neg(s->ng);
@@ -263,7 +263,7 @@ static void triangle_surface(const struct lum_snapshot *snapshot, const struct l
         s->emission = lum_light_emitted(&snapshot->lights.lights[s->light], d, s->backface);
     s->ns = s->ng;
     if (mesh->normals) {
-        struct lum_vec3 n = normal_to_scene(instance, blend3(mesh->normals, &t));
+        struct lum_vec3 n = lum_instance_normal(instance, blend3(mesh->normals, &t));
         float side = lum_dot(n, s->ng); /* 0 where the mesh brought no usable normal */
         if (side != 0.0f)
             s->ns = side < 0.0f ? lum_v3_neg(n) : n;

@@ -64,6 +64,8 @@ struct lum_instance {
     uint64_t hash;        /* lum_hash64_text of the id */
     char id[LUM_ID_MAX + 1];
 };
+/* A normal of its mesh, of any length, in the scene: unit. */
+struct lum_vec3 lum_instance_normal(const struct lum_instance *instance, struct lum_vec3 n);
 
 /* What changed last: a counter per class of edit. A stage that memoises its result stores the counters it depends on
  * and runs again when one differs. */

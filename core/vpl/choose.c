@@ -72,14 +72,10 @@ static void note(const struct choice *choice, uint32_t i, const struct lum_rays 
         lum_vpl_kept_add_miss(&choice->kept[i]);
         return;
     }
-    const float(*to_scene)[3] = choice->snapshot->instances[object].normal_m;
-    const float local[3] = {hits->ngx[r], hits->ngy[r], hits->ngz[r]};
-    float n[3] = {0};
-    for (uint32_t k = 0; k < 3; k++)
-        for (uint32_t j = 0; j < 3; j++)
-            n[k] += to_scene[k][j] * local[j];
+    struct lum_vec3 n =
+        lum_instance_normal(&choice->snapshot->instances[object], lum_v3(hits->ngx[r], hits->ngy[r], hits->ngz[r]));
     lum_vpl_kept_add(&choice->kept[i], choice->snapshot->lights.scene_radius, normal_of(choice, i),
-                     lum_rays_direction(rays, r), hits->t[r], lum_normalize(lum_v3(n[0], n[1], n[2])));
+                     lum_rays_direction(rays, r), hits->t[r], n);
 }
 
 /* Of the rays of a slot's tries: how many meet something, and how near. */

@@ -19,7 +19,7 @@ static inline float lum_vpl_lobe(struct lum_vec3 n, struct lum_vec3 w, struct lu
     float per_h = 1.0f / sqrtf(hx * hx + hy * hy + hz * hz + 1e-12f);
     float nh = (n.x * hx + n.y * hy + n.z * hz) * per_h, wh = (w.x * hx + w.y * hy + w.z * hz) * per_h;
     float nw = n.x * w.x + n.y * w.y + n.z * w.z, no = n.x * o.x + n.y * o.y + n.z * o.z;
-    nw = nw > 1e-3f ? nw : 1e-3f;
+    nw = nw > 1e-3f ? nw : 1e-3f; /* a sixteenth of a degree above the horizon: g2 has no 0 to divide by */
     no = no > 1e-3f ? no : 1e-3f;
     nh = nh < 1.0f ? nh : 1.0f;
     float t = a2 * nh * nh + 1.0f - nh * nh, d = a2 / (LUM_PI * t * t);

@@ -510,8 +510,10 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
                               .gloss = rq->gloss,
                               .versions = lum_versions_seen(s, rq->media),
                               .valid = true};
-    struct lum_vpl_kept *kept = lum_calloc(rq->n, sizeof *kept);
-    enum lum_status status = kept ? LUM_OK : lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for %u slots", rq->n);
+    struct lum_vpl_kept *kept = set.tries > 1 ? lum_calloc(rq->n, sizeof *kept) : NULL;
+    enum lum_status status = LUM_OK;
+    if (set.tries > 1 && !kept)
+        status = lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for %u slots", rq->n);
     if (status == LUM_OK)
         status = alloc_arrays(&set, err);
     if (status == LUM_OK)
@@ -523,7 +525,7 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
     lum_vpl_place_sky(&set, s);
     apply_power(&set, s);
     set.spacing = lum_vpl_measure_spacing(&set, s->lights.scene_radius);
-    status = lum_vpl_measure_radii(&set, set.tries > 1 ? kept : NULL, rq, err);
+    status = lum_vpl_measure_radii(&set, kept, rq, err);
     if (status != LUM_OK)
         goto out;
     find_moved(&set, previous);

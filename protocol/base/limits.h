@@ -36,7 +36,7 @@
 #define LUM_LIMIT_TRIANGLES (64u << 20)
 #define LUM_LIMIT_SEGMENTS 2048u /* built-in shapes: 2048^2 * 2 = 8 M triangles */
 #define LUM_LIMIT_IMAGE_SIDE 16384u
-#define LUM_LIMIT_IMAGE_TEXELS (1u << 27)
+#define LUM_LIMIT_IMAGE_TEXELS (1u << 27)     /* half of what a square of that side has: 512 MiB of 8-bit RGBA */
 #define LUM_LIMIT_SCENE_TRIANGLES (64u << 20) /* of all meshes: some 12 GiB as they are drawn */
 #define LUM_LIMIT_SCENE_TEXELS (1u << 28)     /* of all images: two of the largest */
 #define LUM_LIMIT_SCENE_MEMORY (16ull << 30)  /* of all records, as sent and as drawn; or most of the machine's */
@@ -50,10 +50,10 @@
 
 /* ---- views ---- */
 #define LUM_LIMIT_VIEW_MIN 1u
-#define LUM_LIMIT_VIEW_SIDE 4096u
+#define LUM_LIMIT_VIEW_SIDE 4096u        /* as wide as a 4K display; a side fits into the 16 bits of a frame */
 #define LUM_LIMIT_VIEW_PIXELS (1u << 23) /* film of 2 halves in double: 48 B a pixel = 400 MiB */
 #define LUM_LIMIT_VIEWS_PER_SESSION 8u
-#define LUM_LIMIT_VIEWS 64u
+#define LUM_LIMIT_VIEWS 64u               /* of all sessions: one each; they take turns */
 #define LUM_LIMIT_VIEWS_PIXELS (1u << 25) /* all views together: 1.6 GiB of film */
 #define LUM_LIMIT_SPP 65536u
 #define LUM_LIMIT_SOLO 16u         /* names of lamps and groups that a view shows alone */
@@ -85,9 +85,9 @@
 #define LUM_LIMIT_CONTROL_QUEUE_BYTES (16u << 20) /* replies waiting in one session; over it the session is closed */
 #define LUM_LIMIT_UNACKED_FRAMES 2u               /* W = 2: one in flight, one being drawn */
 #define LUM_LIMIT_TILE_SIDE 128u                  /* a PNG tile stays below one socket write of 64 KiB */
-#define LUM_LIMIT_PING_S 10
-#define LUM_LIMIT_HANGUP_S 25
-#define LUM_LIMIT_HTTP_HEADER_BYTES 4096u
+#define LUM_LIMIT_PING_S 10                       /* of silence, before a connection is asked whether it is there */
+#define LUM_LIMIT_HANGUP_S 25                     /* likewise: 15 s for its answer */
+#define LUM_LIMIT_HTTP_HEADER_BYTES 4096u         /* of a request: a browser's fits; larger is refused */
 
 /* ---- answers that take their time ---- */
 #define LUM_LIMIT_PROBES_WAITING 64u /* of a session: a work plane of points; a minute of work */
@@ -115,12 +115,12 @@
 /* ---- imports ---- */
 #define LUM_LIMIT_IMPORTS_AT_ONCE 2u
 #define LUM_LIMIT_IMPORTS_WAITING 64u /* with those that run: each holds on to its message, and may take minutes */
-#define LUM_LIMIT_IMPORT_CPU_S 120
-#define LUM_LIMIT_IMPORT_MEMORY_BYTES (4ull << 30)
-#define LUM_LIMIT_IMPORT_OUTPUT_BYTES (2ull << 30)
-#define LUM_LIMIT_IMPORT_FILE_BYTES (1ull << 30)
-#define LUM_LIMIT_IMPORT_WALL_S 300   /* a child that waits instead of working */
-#define LUM_LIMIT_IMPORT_FILES 4096u  /* buffers and images beside one asset */
-#define LUM_LIMIT_IMPORT_WARNINGS 65u /* what the importer sends: 64 and a count */
+#define LUM_LIMIT_IMPORT_CPU_S 120    /* a child that never ends holds one of the two places no longer */
+#define LUM_LIMIT_IMPORT_MEMORY_BYTES (4ull << 30) /* the largest file, the most that it sends, and a GiB */
+#define LUM_LIMIT_IMPORT_OUTPUT_BYTES (2ull << 30) /* meshes and images, as the document then holds them */
+#define LUM_LIMIT_IMPORT_FILE_BYTES (1ull << 30)   /* one file */
+#define LUM_LIMIT_IMPORT_WALL_S 300                /* a child that waits instead of working */
+#define LUM_LIMIT_IMPORT_FILES 4096u               /* buffers and images beside one asset */
+#define LUM_LIMIT_IMPORT_WARNINGS 65u              /* what the importer sends: 64 and a count */
 
 #endif

@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-#define LUM_NEAREST_MAX 3u
+#define LUM_NEAREST_MAX 3u /* names that a message offers: more are a list that nobody reads */
 
 struct lum_nearest {
     const char *given;                   /* borrowed, as all names are */

@@ -3,6 +3,7 @@
 #ifndef LUM_PROTOCOL_DOCUMENT_INTERNAL_H
 #define LUM_PROTOCOL_DOCUMENT_INTERNAL_H
 
+#include "protocol/base/hash.h"
 #include "protocol/document/document.h"
 #include "protocol/document/held.h"
 #include "protocol/document/table.h"
@@ -17,10 +18,9 @@ struct lum_step {
 };
 struct lum_txn {
     struct lum_document *doc;
-    struct lum_step *log; /* in the order of their first steps; room for half of n_places */
-    size_t n;
-    uint32_t *places;          /* by the hash of the id: 1 + index in log, or 0 */
-    size_t n_places;           /* 0 or a power of two */
+    struct lum_step *log; /* in the order of their first steps */
+    size_t n, capacity;
+    struct lum_hash by_id;     /* of steps in log */
     struct lum_record *moving; /* an import as it stood before the run of sets that has come to here, or NULL; owned */
     size_t n_moved;            /* records that imports have moved */
     struct lum_proto_error *err;

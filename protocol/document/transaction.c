@@ -83,44 +83,50 @@ static bool check_empty(const struct lum_txn *t, const struct lum_record *import
 
 /* ---- the log: one step for each id that was named ---- */
 
-/* Where the id's step is noted, as 1 + its index, or will be: 0. Some places are always free. */
-static uint32_t *place_of(const struct lum_txn *t, const char *id)
+static bool step_is(const void *step, const void *id)
 {
-    size_t i = lum_table_hash(&t->doc->table, id) & (t->n_places - 1);
-    while (t->places[i] && strcmp(t->log[t->places[i] - 1].id, id) != 0)
-        i = (i + 1) & (t->n_places - 1);
-    return &t->places[i];
+    return strcmp(((const struct lum_step *)step)->id, id) == 0;
 }
 
+static void note_step(struct lum_txn *t, struct lum_step *s)
+{
+    lum_hash_insert(&t->by_id, lum_table_hash(&t->doc->table, s->id), s);
+}
+
+/* The log moves, and what finds its steps with it. False: memory is short, and nothing is changed. */
 static bool grow_log(struct lum_txn *t)
 {
-    if (2 * (t->n + 1) <= t->n_places)
+    if (t->n < t->capacity)
         return true;
-    size_t n_places = t->n_places ? 2 * t->n_places : 16;
-    struct lum_step *log = realloc(t->log, n_places / 2 * sizeof *log);
-    if (log)
-        t->log = log;
-    uint32_t *places = log ? calloc(n_places, sizeof *places) : NULL;
-    if (!places)
+    size_t capacity = t->capacity ? 2 * t->capacity : 8;
+    struct lum_step *log = calloc(capacity, sizeof *log);
+    struct lum_hash by_id = {0};
+    if (!log || !lum_hash_reserve(&by_id, capacity)) {
+        free(log);
         return false;
-    free(t->places);
-    t->places = places;
-    t->n_places = n_places;
+    }
+    if (t->n)
+        memcpy(log, t->log, t->n * sizeof *log);
+    free(t->log);
+    lum_hash_finish(&t->by_id);
+    t->log = log;
+    t->capacity = capacity;
+    t->by_id = by_id;
     for (size_t i = 0; i < t->n; i++)
-        *place_of(t, t->log[i].id) = (uint32_t)i + 1;
+        note_step(t, &t->log[i]);
     return true;
 }
 
 /* The step of the id, which leads from `before` to `before` when it is new. There is room. */
 static struct lum_step *step_of(struct lum_txn *t, const char *id, struct lum_record *before)
 {
-    uint32_t *place = place_of(t, id);
-    if (*place)
-        return &t->log[*place - 1];
+    struct lum_hash_slot *slot = lum_hash_find(&t->by_id, lum_table_hash(&t->doc->table, id), step_is, id);
+    if (slot)
+        return slot->item;
     struct lum_step *s = &t->log[t->n++];
-    *place = (uint32_t)t->n;
     memcpy(s->id, id, sizeof s->id);
     s->change = (struct lum_change){before ? lum_record_ref(before) : NULL, before ? lum_record_ref(before) : NULL};
+    note_step(t, s);
     return s;
 }
 
@@ -156,12 +162,11 @@ static void free_log(struct lum_txn *t)
     for (size_t i = 0; i < t->n; i++)
         finish_step(&t->log[i]);
     free(t->log);
-    free(t->places);
+    lum_hash_finish(&t->by_id);
     lum_record_unref(t->moving);
     t->log = NULL;
-    t->places = NULL;
     t->moving = NULL;
-    t->n = t->n_places = 0;
+    t->n = t->capacity = 0;
 }
 
 /* ---- net effect ---- */

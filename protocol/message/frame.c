@@ -31,7 +31,7 @@ _Static_assert(AT_RECT + 4 * 2 == AT_FULL && AT_FULL + 2 * 2 == AT_CODEC, "recta
 _Static_assert(AT_ZERO + 1 == AT_SERVER_US && AT_SERVER_US + 4 == AT_ERROR && AT_SPP + 2 == AT_END, "no gaps");
 
 static const uint8_t magic[4] = {'L', 'U', 'M', 'F'};
-#define FRAME_VERSION 1u
+#define FRAME_VERSION 1u /* of this layout */
 
 static void put(uint8_t *p, uint64_t v, unsigned n_bytes)
 {

@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define LUM_FRAME_HEADER_BYTES 64u
+#define LUM_FRAME_HEADER_BYTES 64u /* the fields of frame.c without a gap */
 
 enum lum_frame_kind { LUM_FRAME_TILE = 1, LUM_FRAME_HDR_TILE = 2, LUM_FRAME_FILE_CHUNK = 3 };
 enum lum_frame_flag { LUM_FRAME_LAST_TILE = 1, LUM_FRAME_LOSSLESS = 2, LUM_FRAME_CONVERGED = 4 };

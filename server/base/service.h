@@ -5,7 +5,7 @@
 
 #include "core/base/base.h"
 
-#define LUM_SERVICE_PATIENCE_S 5
+#define LUM_SERVICE_PATIENCE_S 5 /* for a manager that does not read: longer would hold the start up for it */
 
 struct lum_service {
     int fd;           /* connected; -1: nobody wants to know */

@@ -6,7 +6,7 @@
 #include "server/cli/help.h"
 #include "server/cli/option.h"
 
-#define MULTIPLIER_MAX 1e9
+#define MULTIPLIER_MAX 1e9 /* either way: beyond any two units, and far from the ends of a float */
 
 static const char usage[] = "usage: lumend compare A B [options]\n"
                             "How far A is from B, the reference; JSON on stdout. EXR files hold light, in cd/m2; PNG "

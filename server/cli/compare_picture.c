@@ -8,7 +8,7 @@
 #include "core/math/color.h"
 #include "server/stream/png.h"
 
-#define MAX_SIDE 32768u
+#define MAX_SIDE 32768u /* px, for pictures of others than this renderer; what they have in all counts in 32 bits */
 
 static size_t pixel_count(const struct lum_compared *p)
 {

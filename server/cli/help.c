@@ -3,7 +3,7 @@
 #include <ctype.h>
 #include <string.h>
 
-#define HELP_INDENT 27
+#define HELP_INDENT 27 /* where texts begin: most options are shorter */
 #define USAGE_INDENT 7 /* "usage: " */
 #define TAG_INDENT_MAX 4
 #define TEXT_INDENT_MIN 8

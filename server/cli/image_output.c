@@ -6,7 +6,7 @@
 #include "core/accel/accel.h"
 #include "server/stream/png.h"
 
-enum { PNG_FILE_LEVEL = 6 };
+enum { PNG_FILE_LEVEL = 6 }; /* zlib's own choice: a file is kept, and nobody waits as for a frame */
 
 struct lum_rgb *lum_film_pixels(const struct lum_film *film)
 {

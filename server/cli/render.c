@@ -25,7 +25,7 @@
 #include "server/world/scene_source.h"
 
 #define EDITOR "(edits)"
-#define DEFAULT_SPP 64u
+#define DEFAULT_SPP 64u /* an eighth of the noise of one; more is asked for by --spp, --time or --error */
 
 struct batch {
     struct lum_render_options options;

@@ -77,8 +77,8 @@ static enum lum_packet_kind read_sacn(const uint8_t *data, size_t n, struct lum_
 
 /* ---- Art-Net: little-endian operation, the rest big-endian ---- */
 
-#define ARTNET_DMX 0x5000u
-#define ARTNET_SLOTS_AT 18u
+#define ARTNET_DMX 0x5000u  /* its operation */
+#define ARTNET_SLOTS_AT 18u /* bytes before them */
 
 static enum lum_packet_kind read_artnet(const uint8_t *data, size_t n, struct lum_desk_packet *p)
 {

@@ -10,8 +10,8 @@
 #include "server/desk/packet.h"
 
 #define LUM_DESK_SOURCES 8u /* of one universe; Art-Net: 2. More are turned away, but for one of a higher priority */
-#define LUM_SACN_SILENCE_NS 2500000000ll
-#define LUM_ARTNET_SILENCE_NS 10000000000ll
+#define LUM_SACN_SILENCE_NS 2500000000ll    /* E1.31: network data loss timeout */
+#define LUM_ARTNET_SILENCE_NS 10000000000ll /* Art-Net 4: a source that merges is forgotten after 10 s */
 
 struct lum_desk_source {
     bool here;

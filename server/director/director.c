@@ -13,6 +13,7 @@
 #include "server/world/apply.h"
 #include "server/world/scene_source.h"
 
+/* Since it last went round its loop. Larger: one that hangs is noticed later; smaller: a long edit counts as that. */
 #define ALIVE_WITHIN_NS 10000000000ll
 
 /* ---- the inbox ---- */

@@ -19,8 +19,8 @@
 #include "server/world/luminaires.h"
 #include "server/world/photometry.h"
 
-#define PROGRESS_EVERY_NS 100000000ll
-#define STAGE_EVERY_NS 10000000ll /* of a new stage: a child gone wrong must not flood a session */
+#define PROGRESS_EVERY_NS 100000000ll /* of the same stage: a bar that moves evenly to the eye */
+#define STAGE_EVERY_NS 10000000ll     /* of a new stage: a child gone wrong must not flood a session */
 
 static void count(struct lum_director *d, uint64_t *counter)
 {
@@ -55,10 +55,14 @@ static uint64_t next_step(struct lum_director *d, const struct lum_request *q)
     return undo || redo ? lum_document_next_undo(d->world.doc, q->user, redo) : 0;
 }
 
-/* A conflict makes the step be forgotten: the journal has to know, after all edits before. */
-static void note_forgotten_step(struct lum_director *d, const struct lum_request *q, uint64_t of)
+/* A conflict makes the step be forgotten: the journal has to know, after all edits before. It also keeps the op_id of
+ * what was refused, if only because there was no step: sent again after a start it would take one that came later. */
+static void note_refused_step(struct lum_director *d, const struct lum_request *q, uint64_t of)
 {
-    if (of == 0 || next_step(d, q) == of)
+    if (q->type != &lum_request_scene_undo && q->type != &lum_request_scene_redo)
+        return;
+    lum_repeats_note_refused(d, q);
+    if (!q->op_id[0] && next_step(d, q) == of)
         return;
     lum_director_commit(d);
     lum_director_note(d, q->type == &lum_request_scene_redo ? LUM_ENTRY_REDROP : LUM_ENTRY_DROP, q->user, q->op_id, of);
@@ -88,8 +92,7 @@ static void apply(struct lum_director *d, struct lum_request *q, struct lum_expa
         goto refused;
     }
     if (!change_world(d, q, expansion, &p->changes, &err)) {
-        note_forgotten_step(d, q, of);
-        lum_repeats_note_refused(d, q);
+        note_refused_step(d, q, of);
         goto refused;
     }
     if (entry)

@@ -33,7 +33,7 @@ struct cJSON;
 /* Those of cameras, small edits and questions have a reserve: whoever fills the rest with what takes long keeps nobody
  * else from working. */
 #define LUM_REQUEST_SMALL_BYTES 16384u
-#define LUM_REQUESTS_RESERVE_BYTES (64u << 20)
+#define LUM_REQUESTS_RESERVE_BYTES (64u << 20) /* 4096 of the largest small ones: 64 of each session */
 
 /* Of text that waits to be sent, as while the disk hangs: beyond, nothing is taken in, and news are dropped. */
 #define LUM_OUTBOX_MAX_BYTES (128u << 20)

@@ -20,8 +20,7 @@ void lum_repeats_note(struct lum_director *d, const struct lum_request *q, uint6
 
 void lum_repeats_note_refused(struct lum_director *d, const struct lum_request *q)
 {
-    if (q->type != &lum_request_scene_apply)
-        lum_repeats_note(d, q, 0, 0);
+    lum_repeats_note(d, q, 0, 0);
 }
 
 bool lum_repeats_answer(struct lum_director *d, const struct lum_request *q)

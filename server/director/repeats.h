@@ -8,7 +8,7 @@
 bool lum_repeats_reserve(struct lum_director *d, const struct lum_request *q);
 /* It is in the scene as this revision, and the journal has it as entry seq (0: none). Does nothing without an op_id. */
 void lum_repeats_note(struct lum_director *d, const struct lum_request *q, uint64_t scene_rev, uint64_t seq);
-/* An undo or a redo found a conflict, and forgot its step: sent again, it would take another one. */
+/* An undo or a redo found a conflict, and forgot its step, or there was none: sent again, it would take another one. */
 void lum_repeats_note_refused(struct lum_director *d, const struct lum_request *q);
 /* Answers as it was answered then. False: it is not known. */
 bool lum_repeats_answer(struct lum_director *d, const struct lum_request *q);

@@ -11,6 +11,8 @@
 #include "server/report/shot.h"
 #include "server/world/work_plane.h"
 
+/* A slice holds all else up. Places that are looked at in one, and samples: at least so many that the time of one is
+ * known, at most so many as a second has. */
 #define PLACES_PER_SLICE 64u
 #define SAMPLES_MIN 256u
 #define SAMPLES_MAX 65536u

@@ -17,6 +17,7 @@
 
 #define TOLD_EVERY_NS 5e7    /* 20 times a second */
 #define REFINED_EVERY_NS 5e8 /* of what only grows more exact */
+/* Of a slice: at least so many that the time of one is known, at most so many as a second has. */
 #define SAMPLES_MIN 256u
 #define SAMPLES_MAX 65536u
 

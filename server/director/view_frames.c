@@ -6,8 +6,11 @@
 #include "core/math/color.h"
 #include "server/director/rest.h"
 
+/* When a picture that only grows better is sent: each of the first samples, which the eye tells apart; then whenever
+ * there are twice as many, or after this time. Oftener is traffic for noise, less often looks as if it hung. */
 #define GROWING_INTERVAL_NS 250000000ll
 enum { EVERY_PASS_BELOW_SPP = 8 };
+
 const char *const lum_in_view_names[] = {
     [LUM_IN_VIEW_SCENE] = "scene", [LUM_IN_VIEW_DARK] = "dark", [LUM_IN_VIEW_NOTHING] = "nothing"};
 

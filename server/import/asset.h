@@ -8,7 +8,7 @@
 
 /* Files that people sent lie below another root: "upload/0123456789abcdef0123456789abcdef/chair.glb". */
 #define LUM_UPLOAD_FOLDER "upload"
-#define LUM_UPLOAD_ID_BYTES 32
+#define LUM_UPLOAD_ID_BYTES 32 /* hexadecimal digits of 128 random bits */
 bool lum_asset_is_upload(const char *name);
 
 /* Opens the directory that holds `name` below root_fd. */

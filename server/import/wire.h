@@ -25,8 +25,8 @@ enum lum_import_chunk {
     LUM_CHUNK_ERROR
 };
 
-#define LUM_FILE_ANY_CASE 1u
-#define LUM_FILE_NAME_BYTES 1024u
+#define LUM_FILE_ANY_CASE 1u      /* "Wood.PNG" serves for "wood.png": files come from where that is the same */
+#define LUM_FILE_NAME_BYTES 1024u /* a path below the folder: four times LUM_LIMIT_ASSET_BYTES, for %20 and "../" */
 
 struct lum_file_reply {
     uint32_t status; /* enum lum_status: OK, NOT_FOUND, INVALID (outside, or no regular file), LIMIT, IO */

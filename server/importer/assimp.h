@@ -11,6 +11,7 @@
 #include "core/math/affine.h"
 #include "server/importer/mesh.h"
 
+/* Of white light, as Radiance has it: lamps of formats without units are of watts. */
 #define LUM_LUMENS_PER_WATT 179.0
 
 struct lum_assimp_image {

@@ -7,9 +7,9 @@
 #include "protocol/base/limits.h"
 #include "server/importer/gltf_json.h"
 
-#define GLB_MAGIC 0x46546c67u
-#define GLB_JSON 0x4e4f534au
-#define GLB_BIN 0x004e4942u
+#define GLB_MAGIC 0x46546c67u /* "glTF" */
+#define GLB_JSON 0x4e4f534au  /* "JSON", a chunk's type */
+#define GLB_BIN 0x004e4942u   /* "BIN" */
 
 /* Extensions that a file may require. Those marked so change nothing that is shown here. */
 static const char *const supported[] = {

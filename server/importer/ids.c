@@ -3,6 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/math/sampler.h"
+
 /* An open-addressed hash table of the ids given out; n_slots is a power of two, at most half full. */
 struct lum_id_slot {
     lum_id id;            /* "": free */
@@ -23,17 +25,9 @@ void lum_ids_finish(struct lum_ids *ids)
     memset(ids, 0, sizeof *ids);
 }
 
-static uint32_t hash_text(const char *s)
-{
-    uint32_t h = 2166136261u; /* FNV-1a */
-    for (; *s; s++)
-        h = (h ^ (unsigned char)*s) * 16777619u;
-    return h;
-}
-
 static struct lum_id_slot *find_slot(struct lum_id_slot *slots, uint32_t n_slots, const char *id)
 {
-    uint32_t i = hash_text(id) & (n_slots - 1);
+    uint32_t i = lum_hash_text(id) & (n_slots - 1);
     while (slots[i].id[0] && strcmp(slots[i].id, id) != 0)
         i = (i + 1) & (n_slots - 1);
     return &slots[i];

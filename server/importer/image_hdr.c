@@ -9,6 +9,7 @@
 
 #include "server/importer/image.h"
 
+/* Widths whose rows may be run-length encoded by channel, as Radiance writes them: the length takes 15 bits. */
 #define RLE_MIN 8u
 #define RLE_MAX 0x7fffu
 

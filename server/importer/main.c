@@ -19,7 +19,7 @@
 #include "server/importer/sandbox.h"
 #include "server/importer/to_jsonl.h"
 
-#define FILE_SOCKET 3
+#define FILE_SOCKET 3 /* the first descriptor after the three that every program has; the parent puts it there */
 
 static bool ends_with(const char *s, const char *end)
 {

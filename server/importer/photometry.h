@@ -6,7 +6,7 @@
 #include "core/light/web.h"
 #include "server/importer/importer.h"
 
-#define LUM_PHOTOMETRY_NOTES 8u
+#define LUM_PHOTOMETRY_NOTES 8u /* of one file; beyond, nobody reads them */
 
 /* A web in cd and degrees, ready for core/light/web.h: symmetries are written out, factors applied. */
 struct lum_photometry {

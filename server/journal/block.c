@@ -15,7 +15,7 @@
 #include "protocol/base/limits.h"
 #include "protocol/json/json.h"
 
-#define BUFFER_BYTES 65536u
+#define BUFFER_BYTES 65536u         /* of small writes, until there are enough for one */
 #define MAX_BLOB_BYTES (1ull << 33) /* of one block: five arrays of the largest mesh, an image of the largest size */
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the structs are written as they lie in memory");

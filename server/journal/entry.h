@@ -3,7 +3,8 @@
  * - {"do":"apply","user":"ann.3-1","op_id":"a1","undo_group":"","ops":[...],"content":{"room":"SHA-256"}}
  * - {"do":"undo","user":"ann.3-1","op_id":"a2","of":7}: the step that it took back made revision 7; "redo": that it
  * brought again
- * - {"do":"drop","user":"ann.3-1","of":7}: that undo found a conflict, and forgot the step; "redrop": a redo did
+ * - {"do":"drop","user":"ann.3-1","op_id":"a3","of":7}: that undo found a conflict, and forgot the step; "redrop": a
+ * redo did. "of":0: there was no step, and all that is kept is that op_id was refused
  * - {"do":"forget","user":"ann.3-1"}: she left
  *
  * "ops" are those of scene files and replays. A document is a function of the entries in their order, histories

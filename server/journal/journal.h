@@ -40,7 +40,7 @@ struct lum_journal_config {
 #define LUM_JOURNAL_COMPACT_BYTES (8u << 20) /* a second to do again */
 /* Content of which nothing is used any more is held on disk, and in part in memory, until two snapshots later. */
 #define LUM_JOURNAL_CONTENT_BYTES (256u << 20)
-#define LUM_JOURNAL_RETRY_NS 1000000000ll
+#define LUM_JOURNAL_RETRY_NS 1000000000ll    /* between tries of a disk that is full: soon after there is room */
 #define LUM_JOURNAL_QUEUE_BYTES (256u << 20) /* of edits that wait for a disk that hangs */
 #define LUM_JOURNAL_QUEUE_ENTRIES 65536u
 

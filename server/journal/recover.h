@@ -16,7 +16,7 @@
 
 #include "server/journal/snapshot.h"
 
-#define LUM_JOURNAL_NAME_BYTES 40
+#define LUM_JOURNAL_NAME_BYTES 40 /* "snapshot-", 20 digits of a 64-bit number, and a suffix */
 
 struct lum_numbers_found { /* ascending */
     uint64_t *numbers;

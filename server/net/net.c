@@ -28,7 +28,7 @@
 #include "server/net/net_internal.h"
 
 #define PROTOCOL "lumend.v1"
-#define RX_BYTES (16u << 10)
+#define RX_BYTES (16u << 10)              /* read at once: most messages whole; each connection has such a buffer */
 #define UNSENT_BYTES (128 << 10)          /* TCP_NOTSENT_LOWAT: frames wait here, and not in the kernel */
 #define READ_LATER_US 20000               /* at least so long, so that a flood does not mean a timer for every read */
 #define HEADER_POOL LUM_LIMIT_CONNECTIONS /* all may be in their HTTP phase at once: none waits for another */

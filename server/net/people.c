@@ -12,7 +12,7 @@
 
 #define LINE_BYTES_MAX 256u /* of a person: with the longest name it takes 130 */
 #define FILE_BYTES_MAX (LUM_PEOPLE_MAX * LINE_BYTES_MAX)
-#define DAY_S 86400
+#define DAY_S 86400 /* dates are days of UTC, without leap seconds */
 
 bool lum_token_sha(const char *token, uint8_t ret_sha[LUM_TOKEN_SHA_BYTES])
 {

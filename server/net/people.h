@@ -12,9 +12,9 @@
 #include "core/base/base.h"
 #include "server/base/role.h"
 
-#define LUM_PEOPLE_MAX 1024u
-#define LUM_PERSON_NAME_BYTES 32
-#define LUM_TOKEN_SHA_BYTES 32
+#define LUM_PEOPLE_MAX 1024u     /* of one server, which has 64 sessions; all are looked at for each hello */
+#define LUM_PERSON_NAME_BYTES 32 /* with a session's number behind it it is a user's, of LUM_LIMIT_ID_BYTES */
+#define LUM_TOKEN_SHA_BYTES 32   /* SHA-256 */
 #define LUM_TOKEN_SHA_PREFIX "sha256:"
 #define LUM_NEVER_S INT64_MAX
 

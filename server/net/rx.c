@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define KEPT_BYTES (16u << 10)
+#define KEPT_BYTES (16u << 10) /* as much as is read at once */
 
 /* Grows to what the client sends, doubled, so that a message costs amortised linear time. */
 static bool reserve(struct lum_rx *rx, size_t n, size_t max)

@@ -12,7 +12,7 @@
 
 struct lum_rpc;
 
-#define LUM_RESUME_KEY_BYTES 32
+#define LUM_RESUME_KEY_BYTES 32 /* characters of 6 random bits: not to be guessed */
 
 struct lum_session {
     struct lum_sessions *table; /* immutable */

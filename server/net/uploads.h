@@ -14,7 +14,7 @@ struct cJSON;
 struct lum_upload;
 struct lum_uploads;
 
-#define LUM_UPLOAD_TICKET_BYTES 32
+#define LUM_UPLOAD_TICKET_BYTES 32 /* characters of 6 random bits: not to be guessed */
 
 struct lum_uploads_config {
     const char *root;

@@ -9,7 +9,7 @@
 #include "server/report/page.h"
 
 enum {
-    PNG_LEVEL = 6,
+    PNG_LEVEL = 6,    /* zlib's own choice: a report is kept, and nobody waits as for a frame */
     PLAN_WIDTH = 960, /* px, that a plan may take */
     CELL_MIN = 10,
     CELL_MAX = 60,            /* px */

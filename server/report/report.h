@@ -24,6 +24,7 @@ const struct lum_measured *lum_report_worst(const struct lum_measured *measured,
                                             size_t *ret_observers);
 
 enum { LUM_REPORT_PICTURE, LUM_REPORT_ILLUMINANCE, LUM_REPORT_PICTURES };
+/* px, 3:2: sharp where it is printed 15 cm wide, at 150 dpi. */
 #define LUM_REPORT_PICTURE_W 900u
 #define LUM_REPORT_PICTURE_H 600u
 

@@ -73,7 +73,7 @@ static enum lum_status make_error(struct lum_overlay *o, const struct lum_view *
 static enum lum_status make_shapes(struct lum_overlay *o, const struct lum_overlay_source *source,
                                    struct lum_error *err)
 {
-    enum { GREYS = 64, DARKEST = 24, LIGHTEST = 200 };
+    enum { GREYS = 64, DARKEST = 24, LIGHTEST = 200 }; /* sRGB: what is dark is told apart, and nothing is white */
     const struct lum_vec3 from = lum_normalize(lum_v3(0.4f, 0.8f, 0.5f));
     struct lum_aovs seen = {0};
     enum lum_status status = lum_view_aovs(source->view, source->snapshot, source->settings, &seen, err);

@@ -8,7 +8,7 @@
 #include "core/render/view.h"
 #include "protocol/message/frame.h"
 
-enum { LUM_OVERLAY_NONE = 255 };
+enum { LUM_OVERLAY_NONE = 255 }; /* in the place of a colour, of which there are LUM_SCALE_COLORS */
 
 struct lum_overlay {
     uint32_t w, h;

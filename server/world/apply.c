@@ -13,8 +13,6 @@
 #include "server/world/daylight.h"
 #include "server/world/sensors.h"
 
-static const double rad_per_deg = 0.017453292519943295;
-
 static struct lum_vec3d vec3d(const double v[3])
 {
     return (struct lum_vec3d){v[0], v[1], v[2]};
@@ -255,11 +253,11 @@ enum lum_status lum_apply_light(const struct lum_record *r, const struct lum_web
         .u = vec3d(l->u),
         .v = vec3d(l->v),
         .radius_m = l->radius,
-        .diameter_rad = l->diameter_deg * rad_per_deg,
-        .inner_cone_rad = l->inner_cone_deg * rad_per_deg,
-        .outer_cone_rad = l->outer_cone_deg * rad_per_deg,
+        .diameter_rad = l->diameter_deg * LUM_RAD_PER_DEG,
+        .inner_cone_rad = l->inner_cone_deg * LUM_RAD_PER_DEG,
+        .outer_cone_rad = l->outer_cone_deg * LUM_RAD_PER_DEG,
         .image = l->image[0] ? l->image : NULL,
-        .rotation_rad = l->rotation_deg * rad_per_deg,
+        .rotation_rad = l->rotation_deg * LUM_RAD_PER_DEG,
         .web = web,
         .on = l->on,
         .camera_visible = l->camera_visible,

@@ -7,7 +7,7 @@
 #include "protocol/json/json.h"
 #include "server/base/web_desc.h"
 
-#define POLAR_STEP_DEG 5
+#define POLAR_STEP_DEG 5 /* fine enough for a small drawing: 37 values each way */
 #define POLAR_ANGLES (180 / POLAR_STEP_DEG + 1)
 
 static bool add_polar(cJSON *o, const struct lum_web *web)

@@ -16,12 +16,12 @@
 
 /* Light of a model that has none: that of a hazy day, so that automatic exposure has daylight to work with. Under the
  * even sky alone white things cannot be told from what is behind them; the sun gives them a bright and a dark side. */
-#define DEFAULT_SKY_CD_M2 2000.0
-#define DEFAULT_SUN_LX 30000.0
+#define DEFAULT_SKY_CD_M2 2000.0 /* pi times that, 6300 lx, on what sees all of it */
+#define DEFAULT_SUN_LX 30000.0   /* across the sun; a clear noon has three times that */
 #define SKY_ID "default-sky"
 #define SUN_ID "default-sun"
-#define LIT_CD_M2 10.0
-#define LIT_LX 0.3
+#define LIT_CD_M2 10.0 /* a dim screen */
+#define LIT_LX 0.3     /* a full moon */
 #define CAMERA_ID "main"
 
 static const struct lum_embedded *find_builtin(const struct lum_embedded *e, const char *name)

@@ -29,10 +29,7 @@ static void write_instance(FILE *f, const struct lum_snapshot *s, const struct l
     }
     for (uint32_t i = 0; m->normals && i < m->n_vertices; i++) {
         const float *n = m->normals + 3 * (size_t)i;
-        struct lum_vec3 w =
-            lum_normalize(lum_v3(in->normal_m[0][0] * n[0] + in->normal_m[0][1] * n[1] + in->normal_m[0][2] * n[2],
-                                 in->normal_m[1][0] * n[0] + in->normal_m[1][1] * n[1] + in->normal_m[1][2] * n[2],
-                                 in->normal_m[2][0] * n[0] + in->normal_m[2][1] * n[1] + in->normal_m[2][2] * n[2]));
+        struct lum_vec3 w = lum_instance_normal(in, lum_v3(n[0], n[1], n[2]));
         fprintf(f, "vn %.7g %.7g %.7g\n", (double)w.x, (double)w.y, (double)w.z);
     }
     fprintf(f, "usemtl %s\n", s->materials[in->material].id);

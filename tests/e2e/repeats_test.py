@@ -87,6 +87,28 @@ class Repeats(unittest.TestCase):
             self.assertEqual(caught.exception.app, "conflict")
         self.assertEqual(self.flux(ws), 9)
 
+    def test_one_with_nothing_to_take_is_refused_again(self):
+        """An undo and a redo that came before there was a step: sent again after it, they must not take it."""
+        ws, ann = self.hello("ann")
+        revs = []
+        for again in (False, True, True, True):
+            if again:
+                ws, = self.killed_and_back(ann, compact=len(revs) > 2)
+            for method, op_id in (("scene.undo", "u"), ("scene.redo", "r")):
+                with self.assertRaises(RpcError) as caught:
+                    ws.call(method, {"op_id": op_id, "repeat": again})
+                self.assertEqual(caught.exception.app, "conflict" if again else "not_found")
+            if not again:
+                ws.call("scene.apply", {"ops": [lamp("l", 1)]})
+                ws.call("scene.apply", {"ops": [dim(2)]})
+                ws.call("scene.apply", {"ops": [dim(3)]})
+                ws.call("scene.undo")
+            revs.append(ws.call("scene.get")["scene_rev"])
+            self.assertEqual(self.flux(ws), 2)
+        self.assertEqual(set(revs), {revs[0]})
+        self.assertNotIn("repeated", ws.call("scene.undo", {"op_id": "v", "repeat": True}))
+        self.assertEqual(self.flux(ws), 1)
+
     def test_two_users_have_the_same_op_id(self):
         ws, ann = self.hello("ann")
         other, bob = self.hello("bob")

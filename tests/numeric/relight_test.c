@@ -6,47 +6,7 @@
 #include "core/math/sampler.h"
 #include "core/scene/motion.h"
 #include "core/scene/shapes.h"
-#include "tests/numeric/fog.h"
-
-static void put_lamp(struct rig *r, double power, bool on)
-{
-    struct lum_light_desc d = rig_quad(rig_v(0, 2.9, 0), rig_v(0.5, 0, 0), rig_v(0, 0, 0.5), 300 * power);
-    d.on = on;
-    rig_light(r, "lamp", &d);
-}
-
-static void put_bulb(struct rig *r, double power, bool on)
-{
-    struct lum_light_desc d = rig_point(rig_v(-1, 2, 0.5), 60 * power);
-    d.on = on;
-    rig_light(r, "bulb", &d);
-}
-
-/* A brushed crate between a lamp and a bulb, with or without fog around it. */
-static void room(struct rig *r, bool fog)
-{
-    rig_begin(r, 0);
-    rig_room(r);
-    struct lum_material_desc brushed = rig_diffuse(0.8f);
-    brushed.metallic = 1.0f;
-    brushed.roughness = 0.4f;
-    rig_material(r, "brushed", &brushed);
-    rig_box(r, "crate", 0.5, 0.5, 0.5);
-    rig_object(r, "crate", "crate", "brushed", rig_v(0.3, 0.5, -0.5));
-    put_lamp(r, 1, true);
-    put_bulb(r, 1, true);
-    struct lum_medium_desc haze = fog_everywhere(0.2f, 0.1f, 0.5f);
-    if (fog)
-        put_fog(r, "fog", &haze);
-    rig_camera(r, rig_v(0.3, 1.5, 1.9), rig_v(0, 1, -1), 70);
-    r->settings.method = lum_method_find("live");
-    r->settings.antialias = false; /* eye rays at edges are traced for every picture */
-    r->settings.max_spp = 1;
-    r->settings.shadow_budget = 0; /* or shadows learn more from frame to frame */
-    r->settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
-    r->settings.w = 60;
-    r->settings.h = 50;
-}
+#include "tests/numeric/relight_room.h"
 
 static void pass_without_a_ray(struct rig *r, const char *what)
 {
@@ -532,108 +492,6 @@ static void moves_without_memory_are_seen_later(void **state)
     assert_true(n_failed > 1); /* of its own, and of the buffers of the lamp */
 }
 
-static void switch_alone(void *user, struct lum_light *light)
-{
-    light->on = strcmp(light->id, user) == 0;
-}
-
-static void show_alone(struct rig *r, const struct lum_snapshot *whole, const char *id)
-{
-    const struct lum_snapshot *alone = NULL;
-    RIG_OK(lum_snapshot_relit(whole, switch_alone, (void *)id, &alone, &err));
-    lum_snapshot_unref(r->snapshot);
-    r->snapshot = alone;
-}
-
-static void show_whole(struct rig *r, const struct lum_snapshot *whole)
-{
-    lum_snapshot_unref(r->snapshot);
-    r->snapshot = lum_snapshot_ref(whole);
-}
-
-/* One view shows a lamp alone, another, which shares the cache of indirect light, all of them: no ray for the one, the
- * same picture as where the others are switched off, and not a bit of difference for the other. */
-static void lights_alone_in_one_view_of_two(void **state)
-{
-    (void)state;
-    struct rig r;
-    struct lum_caches *caches;
-    struct lum_view *other;
-    struct lum_pass_stats s;
-    room(&r, false);
-    r.settings.effects_off = 0;
-    RIG_OK(lum_caches_create(lum_pool_size(r.pool), &caches, &err));
-    RIG_OK(lum_view_create(r.pool, &other, &err));
-    lum_view_share(r.view, caches);
-    lum_view_share(other, caches);
-    rig_commit(&r);
-    rig_pass(&r);
-    struct lum_view *one = r.view;
-    RIG_OK(lum_view_pass(other, r.snapshot, &r.settings, NULL, &s, &err));
-    r.view = other;
-    struct lum_rgb *all = rig_picture(&r);
-    r.view = one;
-
-    const struct lum_snapshot *whole = lum_snapshot_ref(r.snapshot);
-    show_alone(&r, whole, "bulb");
-    uint64_t version = r.snapshot->versions.light_power;
-    s = rig_pass(&r);
-    assert_int_equal(rig_all_rays(&s), 0);
-    struct lum_rgb *bulb = rig_picture(&r);
-    RIG_OK(lum_view_pass(other, whole, &r.settings, NULL, &s, &err));
-    assert_int_equal(rig_all_rays(&s), 0);
-    r.view = other;
-    rig_assert_picture(&r, all, "the other view");
-    r.view = one;
-    show_alone(&r, whole, "nobody");
-    assert_true(r.snapshot->versions.light_power != version);
-    rig_pass(&r);
-    assert_true(rig_mean(&r).g == 0.0f);
-    show_alone(&r, whole, "bulb");
-    assert_true(r.snapshot->versions.light_power == version);
-    show_whole(&r, whole);
-    s = rig_pass(&r);
-    assert_int_equal(rig_all_rays(&s), 0);
-    rig_assert_picture(&r, all, "all again");
-    put_lamp(&r, 1, false);
-    rig_commit(&r);
-    rig_pass(&r);
-    rig_assert_picture(&r, bulb, "the others switched off");
-
-    lum_free(all);
-    lum_free(bulb);
-    lum_snapshot_unref(whole);
-    lum_view_destroy(other);
-    lum_view_destroy(r.view);
-    r.view = NULL;
-    lum_caches_destroy(caches);
-    rig_end(&r);
-}
-
-/* What is switched off shines as brightly alone as if it were on. */
-static void a_light_alone_may_be_switched_off(void **state)
-{
-    (void)state;
-    struct rig r;
-    room(&r, false);
-    rig_commit(&r);
-    const struct lum_snapshot *on = lum_snapshot_ref(r.snapshot);
-    show_alone(&r, on, "lamp");
-    rig_pass(&r);
-    struct lum_rgb *lamp = rig_picture(&r);
-    show_whole(&r, on);
-    put_lamp(&r, 1, false);
-    rig_commit(&r);
-    const struct lum_snapshot *off = lum_snapshot_ref(r.snapshot);
-    show_alone(&r, off, "lamp");
-    rig_pass(&r);
-    rig_assert_picture(&r, lamp, "switched off, and shown alone");
-    lum_free(lamp);
-    lum_snapshot_unref(on);
-    lum_snapshot_unref(off);
-    rig_end(&r);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -650,8 +508,6 @@ int main(void)
         cmocka_unit_test(a_light_that_moves_shines_from_elsewhere),
         cmocka_unit_test(changes_in_the_dark_are_seen_by_light),
         cmocka_unit_test(moves_past_a_light_that_is_off),
-        cmocka_unit_test(lights_alone_in_one_view_of_two),
-        cmocka_unit_test(a_light_alone_may_be_switched_off),
         cmocka_unit_test(moves_without_memory_are_seen_later),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

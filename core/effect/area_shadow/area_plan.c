@@ -50,7 +50,12 @@ static double sum_brightness(const struct lum_pass *pass, uint32_t n_subsets, fl
     return total / n_subsets;
 }
 
-/* Square of the error that the eye would see from one sample in tile i; 0: there is nothing to learn. */
+/* Of the mean brightness a hundredth is as dark as it gets for the eye: darker tiles take no more samples than that,
+ * and black ones no number without end. */
+#define WEIGHT_LEAST 0.1f
+
+/* Square of the error that the eye would see from one sample in tile i; 0: there is nothing to learn. Half a sample
+ * more of each kind: few that agree do not say that all would. */
 static float value_at(const struct plan *p, const struct lum_layer *layer, uint32_t i)
 {
     const struct lum_area_visibility *s = &layer->area;
@@ -59,7 +64,7 @@ static float value_at(const struct plan *p, const struct lum_layer *layer, uint3
         return 0.0f;
     float ratio = ((float)s->tally[i].visible + 0.5f) / ((float)s->tally[i].traced + 1.0f);
     float relative = p->brightness[i] / (float)p->mean, weight = relative < 1.0f ? sqrtf(relative) : relative;
-    float error = s->unshadowed[i] * power_of(p->pass, layer) / (float)p->mean / lum_max(weight, 0.1f);
+    float error = s->unshadowed[i] * power_of(p->pass, layer) / (float)p->mean / lum_max(weight, WEIGHT_LEAST);
     return ratio * (1.0f - ratio) * error * error;
 }
 

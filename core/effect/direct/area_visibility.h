@@ -41,7 +41,7 @@ enum lum_area_begun {
     LUM_AREA_BEGUN,   /* every pixel that is asked first has its stratum */
 };
 
-#define LUM_AREA_UNKNOWN (-1.0f)
+#define LUM_AREA_UNKNOWN (-1.0f) /* in the place of light, which is never below 0 */
 
 /* A stamp is lum_layers.n_passes at the time; 0: never. */
 struct lum_area_visibility {

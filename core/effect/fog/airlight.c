@@ -195,6 +195,10 @@ static float error_around(const float error[N_TILES], uint32_t tile)
     return 0.5f * most;
 }
 
+/* A tile with less light than so much of the cell's mean has errors relative to that. Larger: the dark beside a beam is
+ * coarse; smaller: points go to where hardly any light is. */
+#define DARK 0.25f
+
 /* How many points the tiles get for the pair: the error of a midpoint rule falls as their number. False: no tile gets
  * more than it has. */
 static bool choose_points(struct airlight *a)
@@ -204,7 +208,7 @@ static bool choose_points(struct airlight *a)
     for (uint32_t t = 0; t < N_TILES; t++)
         mean += a->total[t] / N_TILES;
     for (uint32_t t = 0; t < N_TILES; t++) {
-        float limit = TOLERANCE * lum_max(a->total[t], 0.25f * mean), error = error_around(a->error[a->pair.slot], t);
+        float limit = TOLERANCE * lum_max(a->total[t], DARK * mean), error = error_around(a->error[a->pair.slot], t);
         float wanted = limit > 0.0f ? lum_min(error / limit, (float)POINTS_MAX) : 1.0f;
         a->n_points[t] = (uint8_t)ceilf(lum_max(wanted, 1.0f));
         any = any || a->n_points[t] > 1;

@@ -1,10 +1,12 @@
 /* Airlight: resolve and join. */
 #include "core/effect/fog/airlight.h"
 
-/* Depths of rays that see about the same fog. */
+/* Depths of rays that see about the same fog: a tenth of the way more or less. Larger: halos around what stands before
+ * a wall; smaller: fewer neighbours on slanted surfaces, and noise there. */
+#define SAME_DEPTH 0.1f
 static bool same_depth(float a, float b)
 {
-    return a == b || fabsf(a - b) <= 0.1f * lum_min(a, b);
+    return a == b || fabsf(a - b) <= SAME_DEPTH * lum_min(a, b);
 }
 
 /* Weights of the pixels around one, `step` apart: 5 x 5, half at the ends, so that in steps of 1 each stratum counts

@@ -29,7 +29,7 @@ void lum_tile_points_load(struct lum_tile_points *ret_points, const struct lum_p
 static float least_dot(enum lum_metric metric, const struct lum_weighting *w)
 {
     float most_turn = metric == LUM_METRIC_WARD ? w->accuracy * w->accuracy : 0.5f / (w->per_chord * w->per_chord);
-    return 1.0f - most_turn - 1e-3f;
+    return 1.0f - most_turn - 1e-3f; /* far more than they are: some that serve nobody are looked at */
 }
 
 struct lum_lookup lum_lookup_of(const struct lum_cache *cache, const struct lum_pass *pass, uint32_t worker)
@@ -100,7 +100,8 @@ void lum_tile_points_sort(struct lum_candidates *c)
         }
 }
 
-/* False when all points of the box are out of a record's reach: never, where rounding might decide. */
+/* False when all points of the box are out of a record's reach: never, where rounding might decide, of which a part in
+ * a thousand is far more. */
 static bool may_reach(const struct lum_tile_points_box *b, const struct lum_cache_record *r)
 {
     float x = lum_max(lum_max(b->lo.x - r->p.x, r->p.x - b->hi.x), 0.0f);

@@ -1,0 +1,117 @@
+/* Who may connect, and how often: networks of addresses, and buckets that fill. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <arpa/inet.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/socket.h>
+
+#include "protocol/base/limits.h"
+#include "server/net/bucket.h"
+#include "server/net/peers.h"
+
+static struct in6_addr network_of(const char *text)
+{
+    struct sockaddr_in v4 = {.sin_family = AF_INET};
+    struct sockaddr_in6 v6 = {.sin6_family = AF_INET6};
+    struct in6_addr network;
+    if (inet_pton(AF_INET, text, &v4.sin_addr) == 1)
+        assert_true(lum_peer_network((struct sockaddr *)&v4, &network));
+    else if (inet_pton(AF_INET6, text, &v6.sin6_addr) == 1)
+        assert_true(lum_peer_network((struct sockaddr *)&v6, &network));
+    else
+        fail_msg("%s is no address", text);
+    return network;
+}
+
+static bool one_network(const char *a, const char *b)
+{
+    struct in6_addr network_a = network_of(a), network_b = network_of(b);
+    return memcmp(&network_a, &network_b, sizeof network_a) == 0;
+}
+
+static void networks(void **state)
+{
+    (void)state;
+    assert_true(one_network("2001:db8:1:2::1", "2001:db8:1:2:ffff:1:2:3"));
+    assert_false(one_network("2001:db8:1:2::1", "2001:db8:1:3::1"));
+    assert_true(one_network("192.0.2.7", "::ffff:192.0.2.7"));
+    assert_false(one_network("192.0.2.7", "192.0.2.8"));
+    assert_false(one_network("::ffff:192.0.2.7", "::ffff:192.0.2.8"));
+    assert_false(one_network("::1", "::ffff:127.0.0.1"));
+    assert_false(one_network("fe80::1", "fe80::2")); /* neighbours, not one subscriber */
+    struct in6_addr ignored;
+    assert_false(lum_peer_network(&(struct sockaddr){.sa_family = AF_UNIX}, &ignored));
+}
+
+/* Connections from addresses of one /64, each other. */
+static void a_network_is_limited_whatever_its_addresses(void **state)
+{
+    (void)state;
+    struct lum_peers peers = {0};
+    char text[INET6_ADDRSTRLEN];
+    for (unsigned i = 0; i < LUM_LIMIT_CONNECTIONS_PER_IP; i++) {
+        snprintf(text, sizeof text, "2001:db8:1:2::%x", i + 1);
+        struct in6_addr network = network_of(text);
+        assert_true(lum_peers_admit(&peers, &network));
+        lum_peers_add(&peers, &network, &peers)->greeted = true;
+    }
+    struct in6_addr network = network_of("2001:db8:1:2:a:b:c:d"), other = network_of("2001:db8:1:3::1");
+    assert_false(lum_peers_admit(&peers, &network));
+    assert_null(lum_peers_in_the_way(&peers, &network)); /* who said hello stays */
+    assert_true(lum_peers_admit(&peers, &other));
+}
+
+static void the_network_with_most_guests_makes_room(void **state)
+{
+    (void)state;
+    struct lum_peers peers = {0};
+    static const char *const crowd[] = {"192.0.2.1", "192.0.2.2", "192.0.2.3", "192.0.2.4"};
+    struct in6_addr loner = network_of("198.51.100.1"), late = network_of("198.51.100.2");
+    const struct lum_peer *lonely = lum_peers_add(&peers, &loner, &peers), *oldest = NULL;
+    for (unsigned i = 0; i + 1 < LUM_LIMIT_CONNECTIONS; i++) {
+        struct in6_addr network = network_of(crowd[i % 4]);
+        struct lum_peer *p = lum_peers_add(&peers, &network, &peers);
+        oldest = i == 1 ? p : oldest;
+        p->greeted = i % 4 == 0; /* nobody of the first is a guest */
+    }
+    assert_false(lum_peers_admit(&peers, &late));
+    const struct lum_peer *out = lum_peers_in_the_way(&peers, &late);
+    assert_ptr_equal(out, oldest);
+    assert_ptr_not_equal(out, lonely); /* though it came first */
+    lum_peers_remove((struct lum_peer *)(uintptr_t)out);
+    assert_true(lum_peers_admit(&peers, &late));
+    assert_null(lum_peers_in_the_way(&peers, &late));
+}
+
+static void buckets_fill_at_their_pace(void **state)
+{
+    (void)state;
+    const int64_t s = 1000000000;
+    struct lum_bucket b = lum_bucket_full(10.0, 20.0, 5 * s);
+    for (int i = 0; i < 20; i++)
+        assert_true(lum_bucket_take(&b, 5 * s));
+    assert_false(lum_bucket_take(&b, 5 * s));
+    assert_false(lum_bucket_take(&b, 5 * s + s / 20));
+    assert_true(lum_bucket_take(&b, 5 * s + s / 10));
+    assert_int_equal(lum_bucket_charge(&b, 20.0, 100 * s), 0); /* never more than it holds */
+    assert_int_equal(lum_bucket_charge(&b, 5.0, 100 * s), s / 2);
+    assert_int_equal(lum_bucket_charge(&b, 5.0, 100 * s), s);
+    assert_false(lum_bucket_take(&b, 101 * s)); /* what was owed is paid, and no more */
+    assert_int_equal(lum_bucket_charge(&b, 0.0, 101 * s), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(networks),
+        cmocka_unit_test(a_network_is_limited_whatever_its_addresses),
+        cmocka_unit_test(the_network_with_most_guests_makes_room),
+        cmocka_unit_test(buckets_fill_at_their_pace),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
