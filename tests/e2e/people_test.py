@@ -153,6 +153,8 @@ class People(unittest.TestCase):
             self.assertIn("methods", ws.call("stats.get"), name)
 
     def test_without_a_file_of_people_sighup_ends_the_daemon_as_ever(self):
+        before = signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup it is ignored, and so by those that are started
+        self.addCleanup(signal.signal, signal.SIGHUP, before)
         daemon = Daemon()
         daemon.process.send_signal(signal.SIGHUP)
         self.assertEqual(daemon.process.wait(WAIT_S), -signal.SIGHUP)
