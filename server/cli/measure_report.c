@@ -128,7 +128,7 @@ static bool print_amounts(const struct lum_measured *m)
         printf("Emax  %.4g lx +/- %.2g\n", r->most.value, r->most.stderr_of);
         printf("Uo    %.3f +/- %.2g (Emin / Em)\n", r->uniformity.value, r->uniformity.stderr_of);
     }
-    if (m->desc.modelling)
+    if (m->desc.modelling && !isnan(r->modelling.value))
         printf("Ez    %.4g lx +/- %.2g\nEz/E  %.3f +/- %.2g, modelling: %s %.2f to %.2f, which EN 12464-1 recommends\n",
                r->cylindrical.value, r->cylindrical.stderr_of, r->modelling.value, r->modelling.stderr_of,
                lum_modelling_in_range(r) ? "within" : "not within", LUM_MODELLING_LEAST, LUM_MODELLING_MOST);

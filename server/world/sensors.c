@@ -174,7 +174,7 @@ static bool add_modelling(cJSON *o, const struct lum_sensor_result *r)
 {
     return add_amount(o, "ez_lx", "ez_stderr_lx", &r->cylindrical) &&
            add_amount(o, "modelling", "modelling_stderr", &r->modelling) &&
-           lum_json_add_bool(o, "modelling_in_range", lum_modelling_in_range(r));
+           (isnan(r->modelling.value) || lum_json_add_bool(o, "modelling_in_range", lum_modelling_in_range(r)));
 }
 
 bool lum_sensor_add_result(cJSON *o, const struct lum_sensor_desc *desc, const struct lum_sensor *sensor,

@@ -97,6 +97,17 @@ export interface PhotometryOfWeb {
 }
 
 /** One of the notification `sensors`. */
+export interface Power {
+    watts: number;
+    floor_m2: number;
+    w_per_m2: number | null;
+    w_per_m2_100_lx: number | null;
+    w_per_m2_100_lx_stderr: number | null;
+    lamps: number;
+    lamps_without_watts: number;
+    without_watts: readonly { what: string; id: string; n: number }[];
+}
+
 export interface SensorValue {
     id: string;
     kind: Sensor['kind'];
@@ -114,6 +125,13 @@ export interface SensorValue {
     emax_stderr_lx?: number | null;
     uo?: number | null;
     uo_stderr?: number | null;
+    /** With quantity "modelling". */
+    ez_lx?: number | null;
+    ez_stderr_lx?: number | null;
+    modelling?: number | null;
+    modelling_stderr?: number | null;
+    modelling_in_range?: boolean;
+    /** The rest is of an observer, but for power and targets. */
     ugr?: number | null;
     ugr_stderr?: number | null;
     background_cd_m2?: number | null;
@@ -121,7 +139,16 @@ export interface SensorValue {
     sources?: number;
     sources_out_of_range?: number;
     lamps_without_extent?: number;
-    targets?: Partial<Record<'em' | 'uo' | 'ugr', { target: number; passes: boolean; sure: boolean }>>;
+    dgp?: number | null;
+    dgp_stderr?: number | null;
+    dgp_band?: 'imperceptible' | 'perceptible' | 'disturbing' | 'intolerable';
+    dgp_sources?: number;
+    dgp_in_range?: boolean;
+    eye_lx?: number | null;
+    eye_stderr_lx?: number | null;
+    /** Of the largest level grid alone. */
+    power?: Power;
+    targets?: Partial<Record<'em' | 'uo' | 'ugr' | 'dgp', { target: number; passes: boolean; sure: boolean }>>;
     lx?: readonly (number | null)[];
 }
 

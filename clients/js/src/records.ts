@@ -276,10 +276,10 @@ export interface Medium {
 }
 
 export interface Sensor {
-    /** where it measures; observer: UGR, glare */
+    /** where it measures; observer: glare */
     kind: 'point' | 'line' | 'grid' | 'observer';
     /** default plane; point, line, grid: which illuminance */
-    quantity?: 'plane' | 'cylindrical' | 'semicylindrical';
+    quantity?: 'plane' | 'cylindrical' | 'semicylindrical' | 'modelling';
     /** 3 m; -1e9 to 1e9; the point; the middle of a line or grid; the eye */
     position: readonly [number, number, number];
     /** 3 m; -1e9 to 1e9; default 1 0 0; line, grid: full edge */
@@ -292,12 +292,16 @@ export interface Sensor {
     direction?: readonly [number, number, number];
     /** m; 1e-06 to 1e9; line, grid: between points, at most; null: by EN 12464-1 */
     spacing_m?: number | null;
+    /** m2; 1e-06 to 1e+18; grid: of the room, over which power is told; null: the grid's own area */
+    floor_m2?: number | null;
     /** lx; 1e-06 to 1e9; point, line, grid: mean that is wanted, at least */
     target_lx?: number | null;
     /** 1e-06 to 1; line, grid: least over mean, at least */
     target_uo?: number | null;
     /** 1e-06 to 100; observer: at most */
     target_ugr?: number | null;
+    /** 1e-06 to 1; observer: at most */
+    target_dgp?: number | null;
     /** for people */
     name?: string | null;
 }
