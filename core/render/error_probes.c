@@ -10,9 +10,8 @@
  * many probes. So both grow: n pairs in each of PER_PAIR * n probes, until there is no room for more. (To measure which
  * of the two is worse, and grow by that, was worse itself: outliers make noise look larger than it is in the mean.) */
 #define PER_PAIR 256u
-#define MAX_PROBES                                                                                                     \
-    4096u           /* of 16 pairs each; of fewer, what is far off in few pixels is missed; more are memory and time */
-#define ENOUGH 256u /* of fewer the deviation is not known: they may all have missed what is far off */
+#define MAX_PROBES 4096u /* of 16 pairs each. Fewer: what few pixels have is missed; more: memory and time */
+#define ENOUGH 256u      /* of fewer the deviation is not known: they may all have missed what is far off */
 
 /* Deviations above the estimate that the bound is: 99 % of a normal variable. Squared errors have tails so long that
  * their deviation is mostly estimated too low: with those of 95 %, 90 % of the pictures of `office` were covered (96 x

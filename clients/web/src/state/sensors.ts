@@ -21,8 +21,7 @@ export interface Target {
 export interface Power {
     watts: number;
     floorM2: number;
-    /** Null: no lamp's file says. */
-    perM2: number | null;
+    perM2: number;
     per100Lx: number | null;
     lamps: number;
     /** Of them, those whose files do not say. */
@@ -56,7 +55,7 @@ export interface SensorReading {
     dgpBand: string;
     /** There is as much light at the eye as the formula of DGP is made for. */
     dgpInRange: boolean;
-    /** Of the room's work plane, where a lamp is on; else null. */
+    /** Of the room's work plane, where a lamp is on and a file says what one takes; else null. */
     power: Power | null;
     targets: Partial<Record<'em' | 'uo' | 'ugr' | 'dgp', Target>>;
 }
@@ -167,13 +166,12 @@ function valueOf(sensor: JsonObject, name: string, error: string): Value | null 
 }
 
 function powerOf(told: Json | undefined): Power | null {
-    if (!isObject(told) || numberOr(told.lamps, 0) === 0) return null;
-    const known = (value: Json | undefined): number | null => (typeof value === 'number' ? value : null);
+    if (!isObject(told) || numberOr(told.lamps, 0) === 0 || typeof told.w_per_m2 !== 'number') return null;
     return {
         watts: numberOr(told.watts, 0),
         floorM2: numberOr(told.floor_m2, 0),
-        perM2: known(told.w_per_m2),
-        per100Lx: known(told.w_per_m2_100_lx),
+        perM2: told.w_per_m2,
+        per100Lx: typeof told.w_per_m2_100_lx === 'number' ? told.w_per_m2_100_lx : null,
         lamps: numberOr(told.lamps, 0),
         unknown: numberOr(told.lamps_without_watts, 0),
         names: (Array.isArray(told.without_watts) ? told.without_watts.filter(isObject) : []).map((of) => `${stringOr(of.what, '')} (${stringOr(of.id, '')}${numberOr(of.n, 1) > 1 ? ' and others' : ''})`),
@@ -184,7 +182,7 @@ function powerOf(told: Json | undefined): Power | null {
 export function unknownInWords({ lamps, unknown, names }: Power): string | null {
     if (unknown === 0) return null;
     const which = names.length > 0 ? `: ${names.join(', ')}` : '';
-    return unknown === lamps ? `Power is not known: no lamp's file says it${which}` : `Without ${unknown} of ${lamps} lamps, whose power is not known${which}`;
+    return `Without ${unknown} of ${lamps} lamps, whose power is not known${which}`;
 }
 
 export function readingOf(sensor: JsonObject): SensorReading {

@@ -14,8 +14,14 @@ export function LuminaireFacts({ light }: { light: SceneRecord }) {
     const facts = useSignal<Facts | null>(null);
     const file = stringOr(light.asset, '');
     useEffect(() => {
+        let shown = true; // an answer may come when another lamp is
         facts.value = null;
-        void app.photometryOf(light.id).then((told) => (facts.value = told));
+        void app.photometryOf(light.id).then((told) => {
+            if (shown) facts.value = told;
+        });
+        return () => {
+            shown = false;
+        };
     }, [light.id, file]);
     const told = facts.value;
     return (

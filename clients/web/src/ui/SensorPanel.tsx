@@ -18,17 +18,17 @@ export function SensorPanel() {
             <header class="section-head">
                 <h2 id="sensors-title">Measure</h2>
                 <Editing>
+                    <button type="button" class="toggle at-end" aria-label="Add work plane" onClick={() => void app.sensors.addWorkPlane()}>
+                        {ids.length > 0 ? 'Add' : 'Add work plane'}
+                    </button>
                     <button
                         type="button"
-                        class="toggle at-end"
+                        class="toggle"
                         aria-label="Add observer"
                         title="Who stands where the view is, and looks as it does: UGR, and DGP by day"
                         onClick={() => void app.sensors.addObserver()}
                     >
                         Observer
-                    </button>
-                    <button type="button" class="toggle" aria-label="Add work plane" onClick={() => void app.sensors.addWorkPlane()}>
-                        {ids.length > 0 ? 'Add' : 'Add work plane'}
                     </button>
                 </Editing>
             </header>
@@ -117,12 +117,10 @@ function PowerOf({ power }: { power: Power }) {
     const unknown = unknownInWords(power);
     return (
         <>
-            {power.perM2 !== null && (
-                <p class="hint">
-                    Power {number(power.watts)} W, {fixed(power.perM2, 2)} W/m² over {number(power.floorM2)} m²
-                    {power.per100Lx !== null && `, ${fixed(power.per100Lx, 2)} W/m² for each 100 lx`}
-                </p>
-            )}
+            <p class="hint">
+                Power {number(power.watts)} W, {fixed(power.perM2, 2)} W/m² over {number(power.floorM2)} m²
+                {power.per100Lx !== null && `, ${fixed(power.per100Lx, 2)} W/m² for each 100 lx`}
+            </p>
             {unknown && <p class="hint">{unknown}</p>}
         </>
     );
