@@ -122,7 +122,7 @@ static const struct lum_method methods[] = {
                 [LUM_EFFECT_ANTIALIAS] = &lum_estimator_edges,
             },
         .pattern = 4,
-        .filters = {&lum_stage_gloss, &lum_stage_upsample},
+        .filters = {&lum_stage_gloss, &lum_stage_gloss_wide, &lum_stage_upsample},
     },
     {
         .name = "path",

@@ -50,13 +50,12 @@ static bool has_far_sides(const struct lum_pass *pass)
 static uint32_t ask_estimators(struct lum_components *c, const struct lum_pass *pass)
 {
     uint32_t filled = 0;
-    c->sparse = c->lasting = 0;
+    c->lasting = 0;
     for (int e = 0; e < LUM_EFFECT_COUNT; e++) {
         const struct lum_estimator *by = pass->on[e] ? pass->settings->method->serves[e] : NULL;
         if (!by)
             continue;
         filled |= by->components | by->joins;
-        c->sparse |= by->sparse;
         c->lasting |= by->lasting;
     }
     return has_far_sides(pass) ? filled : filled & ~LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION);

@@ -24,7 +24,7 @@ struct lum_components {
     struct lum_rgb *radiance; /* w * h: the composite's, before anti-aliasing; NULL: that is off */
     uint32_t w, h;
     struct lum_memo made[LUM_EFFECT_COUNT], filtered[LUM_EFFECT_COUNT]; /* by cell or tile: how far it is */
-    uint32_t sparse, lasting; /* bits LUM_EFFECT_BIT: as estimators of the pass say (struct lum_estimator) */
+    uint32_t lasting; /* bits LUM_EFFECT_BIT: as estimators of the pass say (struct lum_estimator) */
     /* what they show */
     struct lum_basis basis;
     uint64_t surfaces; /* version of the surfaces */

@@ -19,7 +19,7 @@ struct lum_method {
     bool hard_shadows; /* of quads, discs and spheres, too: one shadow ray per light and pixel (thesis, 6.3) */
     const struct lum_cache_kind *cache;     /* what its indirect light is kept in; NULL: nothing */
     uint32_t pattern;                       /* methods with components: side of the interleaved pattern */
-    const struct lum_estimator *filters[2]; /* methods with components: how they become smooth, one after the other */
+    const struct lum_estimator *filters[3]; /* methods with components: how they become smooth, one after the other */
 };
 
 #endif

@@ -100,7 +100,6 @@ struct lum_estimator {
     const struct lum_state_kind *state; /* what it keeps from pass to pass; NULL: nothing */
     uint32_t components;                /* bits LUM_EFFECT_BIT of the buffers that it fills */
     uint32_t joins;                     /* likewise, of those that it fills where the method has any */
-    uint32_t sparse;  /* of these, those that hold so few samples a pixel that the composite joins neighbours */
     uint32_t lasting; /* of these, those whose `iterations` stay true when lights are dimmed: their samples are kept */
     bool surfaces;    /* reads pass->surfaces */
     const struct lum_estimator *then; /* goes with it, at another stage or after it; NULL: nothing */

@@ -12,13 +12,36 @@ static void finish(void *state)
     }
     lum_free(g->tiles);
     lum_free(g->lit);
+    lum_arena_finish(&g->pixels.arena);
     *g = (struct lum_gloss){0};
+}
+
+static void lay_out(struct lum_gloss_pixels *p, size_t n)
+{
+    p->light = lum_arena_take(&p->arena, n, sizeof *p->light);
+    p->albedo = lum_arena_take(&p->arena, n, sizeof *p->albedo);
+    p->hit = lum_arena_take(&p->arena, n, sizeof *p->hit);
+    p->mean = lum_arena_take(&p->arena, n, sizeof *p->mean);
+    p->reach = lum_arena_take(&p->arena, n, sizeof *p->reach);
+}
+
+static bool reserve_pixels(struct lum_gloss_pixels *p, size_t n)
+{
+    if (p->arena.memory)
+        return true;
+    lay_out(p, n);
+    if (!lum_arena_reserve(&p->arena))
+        return false;
+    lay_out(p, n);
+    return true;
 }
 
 static bool reserve(void *state, const struct lum_pass *pass)
 {
     struct lum_gloss *g = state;
     uint32_t n_lights = pass->snapshot->lights.n_lights;
+    if (!reserve_pixels(&g->pixels, (size_t)pass->tiling.w * pass->tiling.h))
+        return false;
     if (!g->tiles && !(g->tiles = lum_calloc(pass->tiling.n, sizeof *g->tiles)))
         return false;
     g->n_tiles = pass->tiling.n;

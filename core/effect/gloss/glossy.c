@@ -28,23 +28,61 @@ static void begin(const struct lum_pass *pass, const struct lum_snapshot *snapsh
     ret_wave->gloss_survival = GLOSS_SURVIVAL;
 }
 
+static struct lum_gloss *state_of(const struct lum_pass *pass)
+{
+    return lum_pass_state(pass, &lum_gloss_kind);
+}
+
+static size_t pixel_of(const struct lum_pass *pass, const struct lum_tile_rect *r, uint32_t slot)
+{
+    return (size_t)(r->y + slot / r->w) * pass->tiling.w + r->x + slot % r->w;
+}
+
+/* What a pixel's path brings home is in proportion to, about: not where its surface is also one that is looked through.
+ */
+static struct lum_rgb albedo_of(const struct lum_bsdf *b, struct lum_vec3 wo)
+{
+    return b->glass > 0.0f ? lum_grey(1.0f) : lum_rgb_add(lum_bsdf_gloss_albedo(b, wo), lum_bsdf_sheen_albedo(b, wo));
+}
+
 /* Paths start at the glossy pixels of a ray batch tile; stale: of those that have it set. */
 static void add_paths(const struct lum_pass *pass, uint32_t tile, const bool *stale, struct lum_wave *w)
 {
+    const struct lum_gloss_pixels *pixels = &state_of(pass)->pixels;
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     struct lum_rays eye;
     lum_tile_center_rays(pass, tile, &eye);
     for (uint32_t i = 0; i < eye.n; i++) {
         uint32_t x = r.x + i % r.w, y = r.y + i / r.w;
-        if (!stale[i] || !(pass->surfaces->kind[(size_t)y * pass->tiling.w + x] & LUM_PIXEL_GLOSS))
+        size_t pixel = pixel_of(pass, &r, i);
+        if (!stale[i] || !(pass->surfaces->kind[pixel] & LUM_PIXEL_GLOSS))
             continue;
         struct lum_vec3 d = lum_rays_direction(&eye, i), wo = lum_v3_neg(d);
         struct lum_surface s;
         struct lum_bsdf b;
         lum_snapshot_surface(w->snapshot, &pass->gbuffer->tiles[tile], i, d, &s);
         lum_bsdf_init(&b, &w->snapshot->materials[s.material], &s, wo);
+        pixels->albedo[pixel] = albedo_of(&b, wo);
+        pixels->hit[pixel] = lum_rgb(0.0f, 0.0f, lum_bsdf_gloss_lobe(&b, wo).alpha);
         lum_wave_add_gloss(w, i, lum_sampler_at(x, y, 0, pass->settings->seed), s.p, &b, wo);
     }
+}
+
+/* Traces them, and notes how far each went first. */
+static void trace(const struct lum_pass *pass, uint32_t tile, struct lum_wave *w)
+{
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    uint32_t n = w->rays.n;
+    size_t pixel[LUM_RAY_BATCH];
+    for (uint32_t i = 0; i < n; i++)
+        pixel[i] = pixel_of(pass, &r, w->path[i].slot);
+    lum_wave_step(w, 1);
+    for (uint32_t i = 0; i < n; i++) {
+        struct lum_rgb *hit = &state_of(pass)->pixels.hit[pixel[i]];
+        hit->r = w->hits.object[i] == LUM_NO_OBJECT ? 0.0f : 1.0f / lum_max(w->hits.t[i], LUM_RAY_OFFSET);
+        hit->g = 1.0f;
+    }
+    lum_wave_run(w, 2);
 }
 
 /* ---- bright paths ---- */
@@ -115,7 +153,7 @@ static struct gift mix(struct gift a, struct gift b, float t)
 enum { GIFTS = LUM_CELL_SIDE / LUM_TILE_SIDE + 2 }; /* tiles of a cell each way, and one on either side */
 
 void lum_gloss_give_back(const struct lum_gloss *gloss, const struct lum_pass *pass, const struct lum_tile_rect *r,
-                         struct lum_rgb *smooth)
+                         struct lum_rgb *light)
 {
     struct gift gift[GIFTS][GIFTS]; /* of the cell's tiles, and those around */
     for (int32_t y = 0; y < GIFTS; y++)
@@ -124,16 +162,13 @@ void lum_gloss_give_back(const struct lum_gloss *gloss, const struct lum_pass *p
                                      (int32_t)(r->y / LUM_TILE_SIDE) + y - 1);
     for (uint32_t y = 0; y < r->h; y++)
         for (uint32_t x = 0; x < r->w; x++) {
-            size_t pixel = (size_t)(r->y + y) * pass->tiling.w + r->x + x;
-            if (!(pass->surfaces->kind[pixel] & LUM_PIXEL_GLOSS))
-                continue;
             float fx = ((float)x + 0.5f) / LUM_TILE_SIDE + 0.5f, fy = ((float)y + 0.5f) / LUM_TILE_SIDE + 0.5f;
             uint32_t ix = (uint32_t)fx, iy = (uint32_t)fy;
             float u = fx - (float)ix, v = fy - (float)iy;
             struct gift g =
                 mix(mix(gift[iy][ix], gift[iy][ix + 1], u), mix(gift[iy + 1][ix], gift[iy + 1][ix + 1], u), v);
             if (g.cut > 0.0f && g.kept > 0.0f)
-                smooth[pixel] = lum_rgb_scale(smooth[pixel], 1.0f + lum_min(g.cut / g.kept, GIVE_MOST));
+                light[y * r->w + x] = lum_rgb_scale(light[y * r->w + x], 1.0f + lum_min(g.cut / g.kept, GIVE_MOST));
         }
 }
 
@@ -196,8 +231,7 @@ static void keep_segments(struct lum_gloss_tile *kept, const struct lum_path_seg
 
 static struct lum_gloss_tile *kept_of(const struct lum_pass *pass, uint32_t tile)
 {
-    const struct lum_gloss *gloss = lum_pass_state(pass, &lum_gloss_kind);
-    return &gloss->tiles[tile];
+    return &state_of(pass)->tiles[tile];
 }
 
 /* Whose path what moved may have changed: the eye may see something else there, or it met a segment. */
@@ -250,7 +284,7 @@ static bool trace_at_any_power(const struct lum_pass *pass, uint32_t tile, struc
     w.gains = &gains;
     w.segments_met = &segments_met;
     add_paths(pass, tile, stale, &w);
-    lum_wave_run(&w, 1);
+    trace(pass, tile, &w);
     keep_gains(kept_of(pass, tile), &gains);
     keep_segments(kept_of(pass, tile), &segments_met);
     sum_gains(pass, room, gains.n, ret_radiance);
@@ -265,7 +299,7 @@ static void trace_at_present_power(const struct lum_pass *pass, uint32_t tile, s
     memset(all, true, sizeof all);
     begin(pass, pass->snapshot, counters, &w);
     add_paths(pass, tile, all, &w);
-    lum_wave_run(&w, 1);
+    trace(pass, tile, &w);
     memcpy(ret_radiance, w.radiance, sizeof w.radiance);
 }
 
@@ -286,6 +320,24 @@ static void keep_nothing(struct lum_gloss_tile *kept)
     kept->state = LUM_GLOSS_KEPT;
 }
 
+/* What reflects less of a colour shows none: there is no more of it to be divided out. */
+#define ALBEDO_MIN 0x1p-20f
+
+/* Tamed radiance of a tile's pixels, for the filters. */
+static void show(const struct lum_pass *pass, const struct lum_tile_rect *r, const struct lum_rgb *radiance)
+{
+    const struct lum_gloss_pixels *pixels = &state_of(pass)->pixels;
+    for (uint32_t i = 0; i < r->w * r->h; i++) {
+        size_t pixel = pixel_of(pass, r, i);
+        if (!(pass->surfaces->kind[pixel] & LUM_PIXEL_GLOSS))
+            continue;
+        struct lum_rgb albedo = pixels->albedo[pixel];
+        pixels->light[pixel] =
+            lum_rgb(radiance[i].r / lum_max(albedo.r, ALBEDO_MIN), radiance[i].g / lum_max(albedo.g, ALBEDO_MIN),
+                    radiance[i].b / lum_max(albedo.b, ALBEDO_MIN));
+    }
+}
+
 static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
@@ -301,9 +353,7 @@ static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_
     else if (!trace_at_any_power(pass, tile, counters, radiance))
         trace_at_present_power(pass, tile, counters, radiance);
     lum_gloss_tame(kept, radiance, r.w * r.h, n_gloss);
-    for (uint32_t i = 0; i < r.w * r.h; i++)
-        lum_component_add(pass->components, LUM_EFFECT_GLOSSY, (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w,
-                          radiance[i]);
+    show(pass, &r, radiance);
 }
 
 static void glossy_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
@@ -324,7 +374,6 @@ const struct lum_estimator lum_estimator_glossy = {
     .cells = true,
     .state = &lum_gloss_kind,
     .components = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY),
-    .sparse = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY),
 };
 
 const struct lum_effect_row lum_effect_glossy = {.demand = lum_demand_by_surface,
