@@ -127,4 +127,5 @@ test('what makes pictures differ apart from their light is said', () => {
     assert.deepEqual(differences(FACTS, { ...darker, pose: { ...POSE, vfov_deg: 60 } }), ['another camera', 'only lamp'], 'each camera has its exposure');
     assert.deepEqual(differences(FACTS, { ...FACTS, map: 'illuminance', ev: 3 }), ['map of illuminance'], 'maps are not exposed');
     assert.equal(factsInWords({ ...FACTS, spp: 0, bound: null }), 'live, rough, error not known, revision 3');
+    assert.equal(factsInWords({ ...FACTS, spp: 1, bound: 1.8 }), 'live, 1 sample, error not known, revision 3');
 });

@@ -7,6 +7,7 @@ import { dot, length, sub } from '../lib/vec';
 import { percent } from '../lib/format';
 import type { CameraPose } from '../protocol/types';
 import { basis } from '../view/camera';
+import { LOOSE } from './convergence';
 import { OVERLAYS, type OverlayName } from './view';
 
 /** What a picture shows, and how well. */
@@ -183,7 +184,7 @@ function copyOf(canvas: HTMLCanvasElement, into?: HTMLCanvasElement): HTMLCanvas
 /** "live, 64 samples, at most 0.8 % off, revision 3" */
 export function factsInWords({ method, spp, bound, rev }: PictureFacts): string {
     const samples = spp === 0 ? 'rough' : spp === 1 ? '1 sample' : `${spp} samples`;
-    const off = bound === null ? 'error not known' : `at most ${percent(bound).replace(' ', '\u00a0')} off`;
+    const off = bound === null || bound > LOOSE ? 'error not known' : `at most ${percent(bound).replace(' ', '\u00a0')} off`;
     return [method, samples, off, `revision ${rev}`].filter((part) => part !== '').join(', ');
 }
 

@@ -123,6 +123,7 @@ test('an error of the pictures before is no point, and pales', () => {
     assert.equal(knownError(error), 'At most 4.2 % off (about 3.1 %), 95 % sure.');
     assert.match(knownError({ ...error, rel: 0 }), /less than can be told from noise/);
     assert.match(knownError(null), /not known yet/);
+    assert.match(knownError({ ...error, bound: 1.8 }), /is being measured: so far all that is sure is less than 180.%/);
     assert.ok(opacityOf(0) < opacityOf(0.5) && opacityOf(1) === 1);
 });
 

@@ -8,6 +8,9 @@ import { STOPS, type Stop } from './view';
 
 /** An error of which less than this was measured in the picture itself is one of the pictures before. */
 export const FRESH = 0.5;
+/** What is more than this says how few pixels were compared so far, and not how far they are off: a path or two that were ten times
+ * too bright weigh more than all the others. */
+export const LOOSE = 0.5;
 /** Points nearer in time than this ratio are one. */
 const SAME_TIME = 1.02;
 /** The fit is over the points of the last such ratio of time: what comes is like what was of late. */
@@ -153,6 +156,7 @@ function samplesOutlook({ s, spp, stopped }: Course, sceneSpp: number): Outlook 
 /** What is known now, in words. */
 export function knownError(error: ErrorNumbers | null): string {
     if (!error) return 'How far the picture is off is not known yet.';
+    if (error.bound > LOOSE) return `How far the picture is off is being measured: so far all that is sure is less than ${percent(error.bound)}.`;
     const about = error.rel > 0 ? `about ${percent(error.rel)}` : 'less than can be told from noise';
     return `At most ${percent(error.bound)} off (${about}), 95 % sure.`;
 }

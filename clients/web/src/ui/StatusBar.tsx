@@ -1,6 +1,6 @@
 import type { ComponentChildren } from 'preact';
 import { fixed, number, percent, si } from '../lib/format';
-import { FRESH, opacityOf } from '../state/convergence';
+import { FRESH, LOOSE, opacityOf } from '../state/convergence';
 import type { FrameNumbers } from '../state/meter';
 import { useApp } from './context';
 import { Sparkline } from './Sparkline';
@@ -74,6 +74,12 @@ function Converged() {
 /** Paler the more of it was measured in pictures before this one. */
 function ErrorBound({ bound }: { bound: number }) {
     const fresh = useApp().meter.server.value?.error?.fresh ?? 1;
+    if (bound > LOOSE)
+        return (
+            <span class="quality-error" title={`Less than ${percent(bound)}: too few pixels were compared so far to tell more`}>
+                error being measured
+            </span>
+        );
     const title = fresh < FRESH ? 'Measured in the pictures before this one; this one is being measured' : undefined;
     return (
         <span class="quality-error" style={{ opacity: opacityOf(fresh) }} title={title}>
