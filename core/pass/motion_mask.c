@@ -111,7 +111,8 @@ static void find_tile(struct lum_motion_mask *motion_mask, const struct lum_pass
         float y = k / 2 ? (float)(r.y + r.h) + 1.0f : (float)r.y - 1.0f;
         lum_bounds_grow(&ends, lum_v3_mad(pass->eye.o, lum_eye_on_plane(&pass->eye, x, y), reach));
     }
-    motion_mask->in_sight[tile] = lum_motion_meets_between(&motion_mask->motion, &eye, &ends);
+    /* a tile of a panorama has no corners between which all that it sees lies */
+    motion_mask->in_sight[tile] = pass->eye.panorama || lum_motion_meets_between(&motion_mask->motion, &eye, &ends);
 }
 
 static void find_blocks(struct lum_motion_mask *motion_mask, const struct lum_pass *pass,

@@ -11,7 +11,8 @@ bool lum_camera_equal(const struct lum_camera *a, const struct lum_camera *b)
 {
     return a->position.x == b->position.x && a->position.y == b->position.y && a->position.z == b->position.z &&
            a->target.x == b->target.x && a->target.y == b->target.y && a->target.z == b->target.z &&
-           a->up.x == b->up.x && a->up.y == b->up.y && a->up.z == b->up.z && a->vfov_deg == b->vfov_deg;
+           a->up.x == b->up.x && a->up.y == b->up.y && a->up.z == b->up.z && a->vfov_deg == b->vfov_deg &&
+           a->panorama == b->panorama;
 }
 
 uint32_t lum_edits_of_settings(const struct lum_view_settings *a, const struct lum_view_settings *b)

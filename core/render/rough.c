@@ -20,7 +20,7 @@ struct job {
     const struct lum_rough_picture *coarse;
     struct lum_rgb *light; /* of the coarse picture, over albedo */
     const struct lum_pass *pass;
-    float scale; /* pixels of the coarse picture per one of the full */
+    float scale_x, scale_y; /* pixels of the coarse picture per one of the full */
 };
 
 static struct lum_rgb divisor(const struct lum_surfaces *s, size_t pixel)
@@ -252,10 +252,10 @@ static void write_span(const struct job *j, const struct span *s, uint32_t x, ui
 }
 
 /* Where the middle of a pixel of the full picture is in the coarse one. Both are of the same eye, their middles are the
- * same direction; the coarse one may show a little more. */
-static float in_coarse(const struct job *j, float coarse_size, uint32_t size, uint32_t at)
+ * same direction; the coarse one may show a little more, but of panoramas both show all. */
+static float in_coarse(float scale, float coarse_size, uint32_t size, uint32_t at)
 {
-    return 0.5f * (coarse_size - 1.0f) + ((float)at + 0.5f - 0.5f * (float)size) * j->scale;
+    return 0.5f * (coarse_size - 1.0f) + ((float)at + 0.5f - 0.5f * (float)size) * scale;
 }
 
 static void tile_job(void *ctx, uint32_t tile, struct lum_counters *counters)
@@ -266,12 +266,12 @@ static void tile_job(void *ctx, uint32_t tile, struct lum_counters *counters)
     struct lum_tile_rect r = lum_tile_at(tiling, tile);
     struct span s;
     for (uint32_t y = r.y; y < r.y + r.h; y++) {
-        s.y = in_coarse(j, eye->h, tiling->h, y);
+        s.y = in_coarse(j->scale_y, eye->h, tiling->h, y);
         for (uint32_t x = r.x; x < r.x + r.w; x += s.n) {
             s.pixel = (size_t)y * tiling->w + x;
-            float first = floorf(in_coarse(j, eye->w, tiling->w, x));
+            float first = floorf(in_coarse(j->scale_x, eye->w, tiling->w, x));
             for (s.n = 0; s.n < LANES && x + s.n < r.x + r.w; s.n++) {
-                s.x[s.n] = in_coarse(j, eye->w, tiling->w, x + s.n);
+                s.x[s.n] = in_coarse(j->scale_x, eye->w, tiling->w, x + s.n);
                 if (floorf(s.x[s.n]) > first)
                     break;
             }
@@ -288,7 +288,11 @@ enum lum_status lum_rough_upsample(const struct lum_rough_picture *coarse, const
 {
     int64_t begin_ns = lum_clock_ns();
     const struct lum_film *film = coarse->film;
-    struct job job = {.coarse = coarse, .pass = pass, .scale = pass->eye.per_pixel / coarse->eye->per_pixel};
+    const struct lum_eye *a = &pass->eye, *b = coarse->eye;
+    struct job job = {.coarse = coarse,
+                      .pass = pass,
+                      .scale_x = a->panorama ? a->per_column / b->per_column : a->per_pixel / b->per_pixel,
+                      .scale_y = a->panorama ? a->per_row / b->per_row : a->per_pixel / b->per_pixel};
     job.light = lum_calloc((size_t)film->w * film->h, sizeof *job.light);
     if (!job.light)
         return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for a rough picture");

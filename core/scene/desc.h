@@ -99,6 +99,8 @@ struct lum_medium_desc {
 struct lum_camera {
     struct lum_vec3d position, target, up; /* metres */
     double vfov_deg;                       /* 1..179 */
+    bool
+        panorama; /* all around, by equal angles: up is the upper edge, and level with it the middle faces the target */
 };
 
 #endif

@@ -208,7 +208,8 @@ static const struct lum_field camera[] = {
     VECTOR(camera, position, LUM_FIELD_REQUIRED, -COORD, COORD, XYZ(0, 0, 0), "m", ""),
     VECTOR(camera, target, LUM_FIELD_REQUIRED, -COORD, COORD, XYZ(0, 0, 0), "m", "looked at"),
     VECTOR(camera, up, 0, -COORD, COORD, XYZ(0, 1, 0), "", "not parallel to the view direction"),
-    NUMBER(camera, vfov_deg, 1, 179, 45, "deg", "vertical field of view"),
+    NUMBER(camera, vfov_deg, 1, 179, 45, "deg", "vertical field of view, of a perspective"),
+    CHOICE(camera, projection, 0, "perspective|panorama", "panorama: all around, up at the upper edge"),
 };
 
 static const struct lum_field sensor[] = {

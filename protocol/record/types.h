@@ -89,6 +89,7 @@ struct lum_record_medium {
 
 struct lum_record_camera {
     double position[3], target[3], up[3], vfov_deg;
+    char projection[16]; /* perspective panorama */
 };
 
 struct lum_record_sensor {

@@ -123,6 +123,26 @@ static void tell_unused(const struct lum_render_options *o, const struct lum_met
                 method->name);
 }
 
+#define PANORAMA_W 1200u
+#define PANORAMA_H 600u
+
+/* The camera, and the size that goes with it. */
+static bool resolve_camera(const struct batch *b, struct lum_view_settings *s, struct lum_proto_error *err)
+{
+    const struct lum_render_options *o = &b->options;
+    if (!lum_world_camera(&b->world, o->camera, &s->camera, err))
+        return false;
+    s->camera.panorama = s->camera.panorama || o->panorama;
+    if (s->camera.panorama && !o->w) {
+        s->w = PANORAMA_W;
+        s->h = PANORAMA_H;
+    }
+    if (s->camera.panorama && s->w != 2 * s->h)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "invalid_value", "size",
+                              "--size of a panorama must be twice as wide as high, not %ux%u", s->w, s->h);
+    return true;
+}
+
 static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
 {
     const struct lum_render_options *o = &b->options;
@@ -153,7 +173,7 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
     s.illuminance = o->overlay && lum_overlay_is_illuminance(o->overlay);
     /* render.spp says where a resting picture stops in the daemon: far more than one waits for here */
     s.max_spp = o->spp ? o->spp : o->time_s > 0.0 || o->error > 0.0 ? LUM_LIMIT_SPP : DEFAULT_SPP;
-    if (!lum_world_camera(&b->world, o->camera, &s.camera, err))
+    if (!resolve_camera(b, &s, err))
         return false;
     tell_unused(o, s.method);
     b->settings = s;

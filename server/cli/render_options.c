@@ -197,7 +197,10 @@ static const struct lum_option_row rows[] = {
     {"camera", "ID", TEXT(camera), .help =
         "a camera of the scene (default: that of its settings, which is the first in a model's\n"
         "file; else main, else the first by name)"},
-    {"size", "WxH", OTHER(read_size, w), .help = "default 600x400"},
+    {"panorama", SWITCH(panorama), .help =
+        "all around from where the camera is, in equal angles (equirectangular): its target is in the\n"
+        "middle, seen level; its up is the upper edge. Twice as wide as high"},
+    {"size", "WxH", OTHER(read_size, w), .help = "default 600x400; of a panorama 1200x600"},
     {"frames", "N", WHOLE(n_frames, 1, 1000000), .help = "a sequence; --out then holds %04d"},
     {"fps", "F", POSITIVE(fps), .help = "frames per second of the sequence (default 30)"},
     {"spp", "N", WHOLE(spp, 1, LUM_LIMIT_SPP), .help =

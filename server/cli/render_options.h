@@ -18,7 +18,7 @@ struct lum_render_options {
     double fps;
     uint32_t spp;         /* 0: not given */
     double time_s, error; /* 0: not given */
-    bool light_groups, has_seed, has_storage, deterministic, help;
+    bool panorama, light_groups, has_seed, has_storage, deterministic, help;
     bool exr;         /* out is .exr, else .png */
     uint32_t threads; /* 0: all */
     uint32_t seed;

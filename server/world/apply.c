@@ -321,7 +321,8 @@ struct lum_medium_desc lum_apply_medium(const struct lum_record *r)
 
 struct lum_camera lum_apply_camera(const struct lum_record_camera *c)
 {
-    return (struct lum_camera){vec3d(c->position), vec3d(c->target), vec3d(c->up), c->vfov_deg};
+    return (struct lum_camera){vec3d(c->position), vec3d(c->target), vec3d(c->up), c->vfov_deg,
+                               strcmp(c->projection, "panorama") == 0};
 }
 
 enum lum_status lum_apply_tone_map(const char *name, enum lum_tone_map *ret_tone, struct lum_error *err)

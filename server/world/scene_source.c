@@ -224,7 +224,8 @@ static bool add_framing_camera(struct lum_world *w, struct lum_proto_error *err)
         r->camera = (struct lum_record_camera){{c.position.x, c.position.y, c.position.z},
                                                {c.target.x, c.target.y, c.target.z},
                                                {c.up.x, c.up.y, c.up.z},
-                                               c.vfov_deg};
+                                               c.vfov_deg,
+                                               "perspective"};
         lum_log(&w->log, LUM_LOG_INFO, "scene", "the file has no camera: added camera main, which frames everything");
     }
     return add_record(w, r, err);

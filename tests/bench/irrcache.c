@@ -167,7 +167,7 @@ static struct lum_camera turned(const struct lum_snapshot *s, double vfov_deg, u
                           0.5 * ((double)lo.y + (double)hi.y) / s->norm.scale + s->norm.centre.y,
                           0.5 * ((double)lo.z + (double)hi.z) / s->norm.scale + s->norm.centre.z};
     double angle = 2.0 * LUM_PI_D * i / n;
-    return (struct lum_camera){p, {p.x + sin(angle), p.y, p.z - cos(angle)}, {0, 1, 0}, vfov_deg};
+    return (struct lum_camera){p, {p.x + sin(angle), p.y, p.z - cos(angle)}, {0, 1, 0}, vfov_deg, false};
 }
 
 /* All storages take turns frame by frame, so that a drift of the machine meets them alike. */

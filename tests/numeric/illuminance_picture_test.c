@@ -351,7 +351,7 @@ static void lines_keep_to_surfaces_and_to_what_is_certain(void **state)
     uint32_t instance[SIDE * SIDE];
     uint8_t lines[SIDE * SIDE];
     const double levels[] = {10, 20};
-    const struct lum_camera camera = {{0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 40};
+    const struct lum_camera camera = {{0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 40, false};
     struct lum_eye e;
     RIG_OK(lum_eye_init(&e, &camera, &(struct lum_normalisation){.scale = 1.0}, SIDE, SIDE, &err));
     for (uint32_t i = 0; i < SIDE * SIDE; i++) { /* two planes that face the eye, one behind the other */

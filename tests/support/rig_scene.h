@@ -18,7 +18,7 @@ static inline struct lum_vec3 rig_to_scene(const struct rig *r, double x, double
 
 static inline void rig_camera(struct rig *r, struct lum_vec3d position, struct lum_vec3d target, double vfov_deg)
 {
-    r->settings.camera = (struct lum_camera){position, target, {0, 1, 0}, vfov_deg};
+    r->settings.camera = (struct lum_camera){position, target, {0, 1, 0}, vfov_deg, false};
     if (position.x == target.x && position.z == target.z)
         r->settings.camera.up = rig_v(0, 0, -1);
 }

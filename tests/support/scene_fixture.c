@@ -115,7 +115,7 @@ void furnish(struct lum_scene *scene)
     put_light(scene, "key", &l);
     l = light_desc(LUM_LIGHT_POINT);
     put_light(scene, "fill", &l);
-    struct lum_camera camera = {{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 45};
+    struct lum_camera camera = {{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 45, false};
     CHECK_OK(lum_scene_put_camera(scene, "main", &camera, err));
     put_fog(scene, "fog", 0.25f);
 }

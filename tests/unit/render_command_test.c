@@ -52,6 +52,32 @@ static void furnace_has_its_closed_form(void **state)
     lum_exr_finish(&im);
 }
 
+/* With --panorama, or where the camera of the scene is one: all around, in the furnace all alike; another size is
+ * refused. */
+static void panoramas_are_all_around(void **state)
+{
+    (void)state;
+    cli_write_text(cli_in_dir("around.jsonl"),
+                   "{\"lumend\":1,\"kind\":\"scene\"}\n"
+                   "{\"op\":\"add\",\"type\":\"light\",\"id\":\"sky\",\"kind\":\"environment\",\"luminance_cd_m2\":7}\n"
+                   "{\"op\":\"add\",\"type\":\"camera\",\"id\":\"main\",\"position\":[0,0,0],\"target\":[0,0,-1],"
+                   "\"projection\":\"panorama\"}\n");
+    assert_int_equal(cli_run(lum_cmd_render, "render --scene @around.jsonl --spp 1 --out @f.exr"), LUM_EXIT_OK);
+    struct lum_exr_image im = cli_read_exr("f.exr");
+    assert_true(im.w == 1200 && im.h == 600);
+    for (size_t i = 0; i < (size_t)im.w * im.h; i++)
+        assert_true(fabsf(cli_channel(&im, "R")[i] - 7.0f) < 1e-4f);
+    lum_exr_finish(&im);
+    int status;
+    char *said = cli_said("render --scene @around.jsonl --size 60x40 --out @f.exr", &status);
+    assert_int_equal(status, LUM_EXIT_FAILED);
+    assert_non_null(strstr(said, "--size of a panorama must be twice as wide as high, not 60x40"));
+    free(said);
+    assert_int_equal(cli_run(lum_cmd_render, "render --scene cornell --method whitted --panorama --size 60x30 --out "
+                                             "@f.png"),
+                     LUM_EXIT_OK);
+}
+
 /* In the furnace light is even: pi times its radiance of 2 falls on everything. Noise as above; and the file says how
  * far its values are off. */
 static void illuminance_is_a_layer(void **state)
@@ -458,19 +484,13 @@ static void one_shadow_ray_passes_a_rod(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(furnace_has_its_closed_form),
-        cmocka_unit_test(illuminance_is_a_layer),
-        cmocka_unit_test(false_colour_has_its_scale),
-        cmocka_unit_test(scales_of_nothing_are_refused),
-        cmocka_unit_test(threads_do_not_change_a_bit),
-        cmocka_unit_test(stats_hold_what_the_design_names),
-        cmocka_unit_test(effects_are_forced),
-        cmocka_unit_test(light_that_is_left_out_is_told),
-        cmocka_unit_test(frames_say_what_stopped_them),
-        cmocka_unit_test(a_png_is_exposed_as_asked),
-        cmocka_unit_test(a_built_in_replay_is_rendered),
-        cmocka_unit_test(edits_follow_the_timeline),
-        cmocka_unit_test(one_shadow_ray_passes_a_rod),
+        cmocka_unit_test(furnace_has_its_closed_form),      cmocka_unit_test(panoramas_are_all_around),
+        cmocka_unit_test(illuminance_is_a_layer),           cmocka_unit_test(false_colour_has_its_scale),
+        cmocka_unit_test(scales_of_nothing_are_refused),    cmocka_unit_test(threads_do_not_change_a_bit),
+        cmocka_unit_test(stats_hold_what_the_design_names), cmocka_unit_test(effects_are_forced),
+        cmocka_unit_test(light_that_is_left_out_is_told),   cmocka_unit_test(frames_say_what_stopped_them),
+        cmocka_unit_test(a_png_is_exposed_as_asked),        cmocka_unit_test(a_built_in_replay_is_rendered),
+        cmocka_unit_test(edits_follow_the_timeline),        cmocka_unit_test(one_shadow_ray_passes_a_rod),
     };
     return cmocka_run_group_tests(tests, cli_make_dir, cli_remove_dir);
 }

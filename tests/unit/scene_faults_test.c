@@ -54,7 +54,7 @@ static enum lum_status act_light(struct fixture *f)
 }
 static enum lum_status act_camera(struct fixture *f)
 {
-    struct lum_camera c = {{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 45};
+    struct lum_camera c = {{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 45, false};
     return lum_scene_put_camera(f->scene, "new", &c, NULL);
 }
 

@@ -166,13 +166,13 @@ static void values_out_of_range_name_their_field(void **state)
     REFUSE_LIGHT(LUM_LIGHT_DISC, radius_m, -1.0, "radius_m");
     REFUSE_LIGHT(LUM_LIGHT_QUAD, v, ((struct lum_vec3d){2, 0, 0}), "u");
     REFUSE_LIGHT(LUM_LIGHT_ENVIRONMENT, rotation_rad, (double)NAN, "rotation_rad");
-    struct lum_camera camera = {{0, 1, 5}, {0, 1, 5}, {0, 1, 0}, 45};
+    struct lum_camera camera = {{0, 1, 5}, {0, 1, 5}, {0, 1, 0}, 45, false};
     assert_int_equal(lum_scene_put_camera(f->scene, "c", &camera, &refusal), LUM_ERR_INVALID);
     assert_string_equal(refusal.field, "target");
-    camera = (struct lum_camera){{0, 1, 5}, {0, 0, 5}, {0, 1, 0}, 45};
+    camera = (struct lum_camera){{0, 1, 5}, {0, 0, 5}, {0, 1, 0}, 45, false};
     assert_int_equal(lum_scene_put_camera(f->scene, "c", &camera, &refusal), LUM_ERR_INVALID);
     assert_string_equal(refusal.field, "up");
-    camera = (struct lum_camera){{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 180};
+    camera = (struct lum_camera){{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 180, false};
     assert_int_equal(lum_scene_put_camera(f->scene, "c", &camera, &refusal), LUM_ERR_INVALID);
     assert_string_equal(refusal.field, "vfov_deg");
     const struct lum_snapshot *s = commit(f);
@@ -185,7 +185,7 @@ static void values_out_of_range_name_their_field(void **state)
 static void main_is_the_default_camera(void **state)
 {
     struct fixture *f = *state;
-    struct lum_camera camera = {{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 45}, found;
+    struct lum_camera camera = {{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 45, false}, found;
     CHECK_OK(lum_scene_put_camera(f->scene, "alpha", &camera, err));
     const struct lum_snapshot *s = commit(f);
     CHECK_OK(lum_snapshot_camera(s, NULL, &found, err));

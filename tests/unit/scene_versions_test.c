@@ -92,7 +92,7 @@ static void paint(struct lum_scene *scene)
 }
 static void move_camera(struct lum_scene *scene)
 {
-    struct lum_camera camera = {{1, 1, 5}, {0, 0, 0}, {0, 1, 0}, 45};
+    struct lum_camera camera = {{1, 1, 5}, {0, 0, 0}, {0, 1, 0}, 45, false};
     CHECK_OK(lum_scene_put_camera(scene, "main", &camera, err));
 }
 static void hide_b(struct lum_scene *scene)

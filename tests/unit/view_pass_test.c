@@ -204,7 +204,7 @@ static void first_hits_and_picks(void **state)
             assert_true(fabsf(lum_length(a.normal_world[i]) - 1.0f) < 1e-5f);
         }
     struct lum_pick p;
-    struct lum_camera up = {{0, 1, 0}, {0, 5, 0}, {0, 0, 1}, 10};
+    struct lum_camera up = {{0, 1, 0}, {0, 5, 0}, {0, 0, 1}, 10, false};
     lum_pick_at(r.snapshot, &up, 3, 3, 1.5, 1.5, &p);
     assert_true(p.hit);
     assert_string_equal(p.id, "lamp");

@@ -339,8 +339,10 @@ export interface Camera {
     target: readonly [number, number, number];
     /** 3; -1e9 to 1e9; default 0 1 0; not parallel to the view direction */
     up?: readonly [number, number, number];
-    /** deg; 1 to 179; default 45; vertical field of view */
+    /** deg; 1 to 179; default 45; vertical field of view, of a perspective */
     vfov_deg?: number;
+    /** default perspective; panorama: all around, up at the upper edge */
+    projection?: 'perspective' | 'panorama';
 }
 
 export interface Render {

@@ -194,7 +194,8 @@ class Camera(TypedDict, total=False):
     position: Required[Sequence[float]]  # 3 m; -1e9 to 1e9
     target: Required[Sequence[float]]  # 3 m; -1e9 to 1e9; looked at
     up: Sequence[float]  # 3; -1e9 to 1e9; default 0 1 0; not parallel to the view direction
-    vfov_deg: float  # deg; 1 to 179; default 45; vertical field of view
+    vfov_deg: float  # deg; 1 to 179; default 45; vertical field of view, of a perspective
+    projection: Literal["perspective", "panorama"]  # default perspective; panorama: all around, up at the upper edge
 
 
 class Render(TypedDict, total=False):
