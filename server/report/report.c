@@ -9,11 +9,12 @@
 #include "server/report/page.h"
 
 enum {
-    PNG_LEVEL = 6,    /* zlib's own choice: a report is kept, and nobody waits as for a frame */
-    PLAN_WIDTH = 960, /* px, that a plan may take */
-    CELL_MIN = 10,
+    PNG_LEVEL = 6,            /* zlib's own choice: a report is kept, and nobody waits as for a frame */
+    PLAN_WIDTH = 688,         /* px, that a plan may take: 182 mm, what is between the margins of A4 */
+    PLAN_HEIGHT = 850,        /* px: 225 mm, which leaves room for its heading, caption and key on the page */
     CELL_MAX = 60,            /* px */
-    CELL_WITH_NUMBER = 30,    /* px: four digits are readable */
+    CELL_WITH_NUMBER = 22,    /* px: four digits of 9 px, 7 point, are readable */
+    CELL_WITH_LARGE = 30,     /* px: of 11 px */
     PLANS_MAX_POINTS = 16384, /* of one plan: beyond, --csv has them */
 };
 
@@ -31,12 +32,18 @@ static const char head[] =
     "tfoot td { font-weight: bold; border-bottom: 0 } .misses { font-weight: bold }\n"
     "figure { margin: 0 0 1em } img, svg { display: block; max-width: 100%; height: auto } figcaption { color: #444; "
     "margin-top: .2em }\n"
-    "svg text { font: 11px sans-serif; text-anchor: middle }\n"
+    "svg text { font: 11px sans-serif; text-anchor: middle } svg.small text { font-size: 9px }\n"
     ".key span { display: inline-block; margin-right: .9em; white-space: nowrap } .key i { display: inline-block; "
     "width: "
     "1em; height: 1em; margin-right: .3em; border: 1px solid #777; vertical-align: -.15em }\n"
-    "section { break-inside: avoid } @media print { body { margin: 0; max-width: none; -webkit-print-color-adjust: "
-    "exact; print-color-adjust: exact } }\n</style>\n";
+    "td:first-child { min-width: 7em; overflow-wrap: anywhere } .meets, .misses { white-space: nowrap }\n"
+    "section, tr, figure, .key { break-inside: avoid } h1, h2 { break-after: avoid } tfoot { display: table-row-group "
+    "}\n"
+    "@page { size: A4; margin: 16mm 14mm }\n" /* PLAN_WIDTH and PLAN_HEIGHT fit in */
+    "@media print { body { font-size: 9.5pt; margin: 0; padding: 0; max-width: none; -webkit-print-color-adjust: "
+    "exact; "
+    "print-color-adjust: exact } td, th { padding-right: .6em } img { width: 150mm } img, svg { max-height: 225mm } "
+    "h1 { margin-top: 0 } }\n</style>\n";
 
 static void put_name(FILE *f, const struct lum_measured *m)
 {
@@ -148,12 +155,13 @@ static void put_modelling(FILE *f, const struct lum_measured *m)
 
 static void put_summary(FILE *f, const struct lum_report *p)
 {
-    fputs("<h2>Results</h2>\n<table>\n<tr><th>sensor<th>illuminance<th class=\"n\">E<sub>m</sub>, lx<th class=\"n\">"
-          "E<sub>min</sub>, lx<th class=\"n\">U<sub>o</sub><th class=\"n\">UGR<th class=\"n\">DGP<th>wanted</tr>\n",
+    fputs("<h2>Results</h2>\n<table>\n<thead><tr><th>sensor<th>illuminance<th class=\"n\">E<sub>m</sub>, lx"
+          "<th class=\"n\">E<sub>min</sub>, lx<th class=\"n\">U<sub>o</sub><th class=\"n\">UGR<th class=\"n\">DGP"
+          "<th>wanted</tr></thead>\n<tbody>\n",
           f);
     for (size_t i = 0; i < p->n; i++)
         put_summary_row(f, &p->measured[i]);
-    fputs("</table>\n<p>Each value &plusmn; its standard error. E<sub>m</sub>: mean; E<sub>min</sub>: least; "
+    fputs("</tbody></table>\n<p>Each value &plusmn; its standard error. E<sub>m</sub>: mean; E<sub>min</sub>: least; "
           "U<sub>o</sub> = E<sub>min</sub> / E<sub>m</sub>; UGR by formula (CIE 117); DGP: daylight glare probability, "
           "up to 0.35 imperceptible, to 0.40 perceptible, to 0.45 disturbing, beyond intolerable.</p>\n",
           f);
@@ -249,9 +257,10 @@ static void put_key(FILE *f, const struct lum_scale *s)
 
 static void put_cells(FILE *f, const struct lum_measured *m, const struct lum_scale *scale, uint32_t nu, uint32_t nv)
 {
-    uint32_t side = PLAN_WIDTH / nu;
-    side = side < CELL_MIN ? CELL_MIN : side > CELL_MAX ? CELL_MAX : side;
+    uint32_t side = PLAN_WIDTH / nu < PLAN_HEIGHT / nv ? PLAN_WIDTH / nu : PLAN_HEIGHT / nv;
+    side = side < 1 ? 1 : side > CELL_MAX ? CELL_MAX : side; /* what is wider still is made smaller by its style */
     fputs("<figure><svg role=\"img\" aria-label=\"illuminance of each point\" ", f);
+    fputs(side < CELL_WITH_LARGE ? "class=\"small\" " : "", f);
     fprintf(f, "width=\"%u\" height=\"%u\" viewBox=\"0 0 %u %u\">\n", nu * side, nv * side, nu * side, nv * side);
     for (uint32_t i = 0; i < nu * nv; i++)
         put_cell(f, m, scale, i, i % nu * side, i / nu * side, side);
@@ -314,7 +323,7 @@ static void put_lamps(FILE *f, const struct lum_schedule_row *r)
 
 static void put_total(FILE *f, const struct lum_schedule *s)
 {
-    fprintf(f, "<tfoot><tr><td>All that are on<td><td><td class=\"n\">%u<td class=\"n\">", s->load.n_on);
+    fprintf(f, "</tbody><tfoot><tr><td>All that are on<td><td><td class=\"n\">%u<td class=\"n\">", s->load.n_on);
     put_number(f, s->flux_lm, 4);
     fputs(" lm<td class=\"n\">", f);
     if (s->load.n_unknown < s->load.n_on) {
@@ -365,10 +374,9 @@ static void put_luminaires(FILE *f, const struct lum_report *p)
     if (s->n == 0)
         fputs("<p>None.</p>\n", f);
     else
-        fputs(
-            "<table>\n<tr><th>luminaire<th>in the scene<th class=\"n\">number<th class=\"n\">on<th class=\"n\">lm each"
-            "<th class=\"n\">W each<th class=\"n\">lm/W</tr>\n",
-            f);
+        fputs("<table>\n<thead><tr><th>luminaire<th>in the scene<th class=\"n\">number<th class=\"n\">on"
+              "<th class=\"n\">lm each<th class=\"n\">W each<th class=\"n\">lm/W</tr></thead>\n<tbody>\n",
+              f);
     for (size_t i = 0; i < s->n; i++)
         put_lamps(f, &s->rows[i]);
     if (s->n > 0)
