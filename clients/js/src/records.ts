@@ -658,6 +658,7 @@ export type Method =
     | 'photometry'
     | 'daylight'
     | 'stats.get'
+    | 'project.list'
     | 'probe'
     | 'sensor.watch'
     | 'sensor.read'
@@ -672,5 +673,9 @@ export type Method =
     | 'asset.list'
     | 'asset.photometry'
     | 'asset.upload'
+    | 'project.create'
+    | 'project.rename'
+    | 'project.delete'
+    | 'project.restore'
     | 'session.list'
     | 'session.end';

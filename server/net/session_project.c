@@ -1,0 +1,169 @@
+/* Projects: who asks for the list, and for something to be done with one. */
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "protocol/base/nearest.h"
+#include "protocol/json/json.h"
+#include "protocol/message/rpc.h"
+#include "server/base/log.h"
+#include "server/base/suggest.h"
+#include "server/net/session_internal.h"
+#include "server/world/scene_source.h"
+
+/* ---- the list ---- */
+
+static cJSON *people_in(const struct lum_sessions *t, const char *id)
+{
+    cJSON *people = cJSON_CreateArray();
+    for (uint32_t i = 0; people && i < LUM_LIMIT_CONNECTIONS; i++) {
+        const struct lum_session *s = &t->slots[i];
+        if (!lum_session_is_here(s) || !s->project || strcmp(lum_project_info(s->project)->id, id) != 0)
+            continue;
+        if (lum_json_add(people, NULL, cJSON_CreateString(s->user)))
+            continue;
+        cJSON_Delete(people);
+        return NULL;
+    }
+    return people;
+}
+
+static cJSON *describe(const struct lum_sessions *t, const struct lum_project_info *info)
+{
+    cJSON *o = cJSON_CreateObject();
+    bool ok = lum_json_add_string(o, "id", info->id) && lum_json_add_string(o, "name", info->name) &&
+              lum_json_add_number(o, "changed_s", (double)info->changed_s);
+    if (ok && info->deleted_s)
+        ok = lum_json_add_number(o, "deleted_s", (double)info->deleted_s);
+    else if (ok)
+        ok = lum_json_add_bool(o, "open", lum_projects_find_open(t->config.projects, info->id) != NULL) &&
+             lum_json_add(o, "people", people_in(t, info->id));
+    if (ok)
+        return o;
+    cJSON_Delete(o);
+    return NULL;
+}
+
+static bool read_nothing(const struct lum_session *s, const struct lum_rpc *rpc, struct lum_proto_error *err)
+{
+    struct lum_json_reader r;
+    lum_json_begin(&r, rpc->params, "", err);
+    return lum_json_end(&r) && (lum_projects_are_many(s->table->config.projects) ||
+                                lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "method",
+                                               "this server has one scene, and no projects"));
+}
+
+struct cJSON *lum_session_list_projects(struct lum_session *s, const struct lum_rpc *rpc, struct lum_proto_error *err)
+{
+    const struct lum_projects *projects = s->table->config.projects;
+    if (!read_nothing(s, rpc, err))
+        return NULL;
+    cJSON *result = cJSON_CreateObject(), *list = cJSON_CreateArray(), *trash = cJSON_CreateArray();
+    bool ok = list && trash;
+    for (size_t i = 0; i < lum_projects_count(projects) && ok; i++) {
+        const struct lum_project_info *info = lum_projects_nth(projects, i);
+        ok = lum_json_add(info->deleted_s ? trash : list, NULL, describe(s->table, info));
+    }
+    ok = lum_json_add(result, "projects", list) && ok;
+    ok = lum_json_add(result, "trash", trash) && ok;
+    if (ok)
+        return result;
+    cJSON_Delete(result);
+    lum_proto_fail_memory(err);
+    return NULL;
+}
+
+/* ---- orders ---- */
+
+static bool read_name(struct lum_json_reader *r, struct lum_project_info *info, struct lum_proto_error *err)
+{
+    if (!lum_json_require(r, "name") || !lum_json_string(r, "name", info->name, sizeof info->name))
+        return false;
+    if (lum_project_name_is(info->name))
+        return true;
+    lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "name",
+                   "name must be 1 to %u bytes of text that can be seen, without a space before or after it",
+                   LUM_LIMIT_PROJECT_NAME_BYTES);
+    return lum_json_fail(r);
+}
+
+static bool read_scene(struct lum_json_reader *r, struct lum_project_info *info, struct lum_proto_error *err)
+{
+    char near[LUM_SUGGEST_BYTES];
+    if (!lum_json_string(r, "scene", info->scene, sizeof info->scene) || !info->scene[0] ||
+        lum_scene_builtin(info->scene))
+        return true;
+    lum_suggest_scene(info->scene, near);
+    lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "not_found", "scene", "no built-in scene has this name%s", near);
+    return lum_json_fail(r);
+}
+
+static bool read_id(struct lum_json_reader *r, lum_project_id ret_id)
+{
+    return lum_json_require(r, "project") && lum_json_string(r, "project", ret_id, sizeof(lum_project_id));
+}
+
+static bool read_order(const struct lum_rpc *rpc, struct lum_project_order *o, struct lum_proto_error *err)
+{
+    struct lum_json_reader r;
+    lum_json_begin(&r, rpc->params, "", err);
+    if (o->verb != LUM_PROJECT_CREATE)
+        (void)read_id(&r, o->info.id);
+    if (o->verb == LUM_PROJECT_CREATE || o->verb == LUM_PROJECT_RENAME)
+        (void)read_name(&r, &o->info, err);
+    if (o->verb == LUM_PROJECT_CREATE)
+        (void)read_scene(&r, &o->info, err);
+    return lum_json_end(&r);
+}
+
+bool lum_session_order_project(struct lum_session *s, struct lum_rpc *rpc, enum lum_project_verb verb,
+                               struct lum_proto_error *err)
+{
+    struct lum_project_order o = {.by = s->ref, .rpc_id = rpc->id, .verb = verb};
+    memcpy(o.user, s->user, sizeof o.user);
+    if (!read_order(rpc, &o, err) || !lum_projects_order(s->table->config.projects, &o, err))
+        return false;
+    rpc->id = NULL;
+    return true;
+}
+
+static const char *const done_words[] = {[LUM_PROJECT_CREATE] = "made",
+                                         [LUM_PROJECT_RENAME] = "renamed",
+                                         [LUM_PROJECT_DELETE] = "deleted",
+                                         [LUM_PROJECT_RESTORE] = "brought back"};
+
+static void answer(struct lum_sessions *t, const struct lum_project_order *o, enum lum_status status,
+                   const struct lum_error *why)
+{
+    struct lum_proto_error err;
+    struct lum_session *s = o->by.slot < LUM_LIMIT_CONNECTIONS ? &t->slots[o->by.slot] : NULL;
+    if (!status)
+        lum_log(&t->config.log, t->config.audit ? LUM_LOG_AUDIT : LUM_LOG_INFO, "projects", "%s is %s by %s: \"%s\"",
+                o->info.id, done_words[o->verb], o->user, o->info.name);
+    if (!s || !s->open || s->ref.generation != o->by.generation || !o->rpc_id)
+        return;
+    if (status) {
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "io", "", "%.200s", why->text);
+        lum_session_refuse(s, o->rpc_id, &err);
+        return;
+    }
+    cJSON *result = cJSON_CreateObject();
+    if (lum_json_add_string(result, "project", o->info.id)) {
+        lum_session_say(s, lum_rpc_result(o->rpc_id, result));
+        return;
+    }
+    cJSON_Delete(result);
+    lum_session_say(s, NULL);
+}
+
+void lum_sessions_answer_orders(struct lum_sessions *t)
+{
+    struct lum_project_order o;
+    enum lum_status status;
+    struct lum_error err;
+    while (lum_projects_next_done(t->config.projects, &o, &status, &err)) {
+        answer(t, &o, status, &err);
+        free(o.rpc_id);
+    }
+}
