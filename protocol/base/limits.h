@@ -116,6 +116,7 @@
 #define LUM_LIMIT_PROJECTS 1024u         /* of a server, those in the trash, too: a list of them is 200 KiB */
 #define LUM_LIMIT_PROJECT_NAME_BYTES 120 /* a line of a list */
 #define LUM_LIMIT_PROJECTS_OPEN 64u      /* as many as there are sessions */
+#define LUM_LIMIT_VERSIONS 100u          /* of a project: each takes what its scene takes on disk */
 #define LUM_LIMIT_PROJECT_REQUESTS 64u   /* that wait for the disk: one of each session */
 #define LUM_LIMIT_TRASH_S (30 * 86400)   /* a month: who deleted by mistake was on holiday */
 

@@ -83,6 +83,12 @@ static bool may_be_deleted(const struct lum_projects *all, const char *id, struc
                                    "somebody is in this project: it can be deleted when everybody has left it");
 }
 
+static bool is_there(const struct lum_projects *all, const char *id)
+{
+    const struct lum_project_item *item = lum_projects_item(all, id);
+    return item && !item->info.deleted_s && !item->going;
+}
+
 static bool check_order(const struct lum_projects *all, const struct lum_project_order *o,
                         struct lum_project_item **ret_item, struct lum_proto_error *err)
 {
@@ -92,10 +98,14 @@ static bool check_order(const struct lum_projects *all, const struct lum_project
     if (all->n_works >= LUM_LIMIT_PROJECT_REQUESTS)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "busy", "",
                               "too much is being done with projects; try again");
-    if (o->verb == LUM_PROJECT_CREATE)
-        return all->n_items + all->n_works < LUM_LIMIT_PROJECTS ||
-               lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "",
+    if (o->verb == LUM_PROJECT_CREATE && all->n_items + all->n_works >= LUM_LIMIT_PROJECTS)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "",
                               "a server has at most %u projects, those in the trash, too", LUM_LIMIT_PROJECTS);
+    if (o->verb == LUM_PROJECT_CREATE && !o->from[0])
+        return true;
+    if (o->verb == LUM_PROJECT_CREATE)
+        return is_there(all, o->from) ||
+               lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "from", "there is no such project");
     struct lum_project_item *item = *ret_item = lum_projects_item(all, o->info.id);
     bool trashed = item && (item->info.deleted_s || item->going), wanted = o->verb == LUM_PROJECT_RESTORE;
     if (item && trashed == wanted && !(wanted && item->going))
@@ -136,13 +146,50 @@ void lum_projects_write_item(struct lum_projects *all, const struct lum_project_
 
 /* ---- the thread ---- */
 
+/* Whose scene is read; "": nobody's. */
+static const char *source_of(const struct lum_project_work *w)
+{
+    return w->order.verb == LUM_PROJECT_CREATE ? w->order.from
+           : w->order.verb == LUM_VERSION_KEEP ? w->order.info.id
+                                               : "";
+}
+
+static enum lum_status keep_version(struct lum_project_work *w, const struct lum_project_source *source,
+                                    const struct lum_log *log)
+{
+    struct lum_project_info version = {.changed_s = w->now_s};
+    memcpy(version.name, w->order.version_name, sizeof version.name);
+    enum lum_status st = lum_version_keep(&w->all->store, source, &version, log, &w->err);
+    memcpy(w->order.version, version.id, sizeof version.id);
+    return st;
+}
+
+static enum lum_status list_versions(struct lum_project_work *w, const struct lum_log *log)
+{
+    w->order.versions = lum_calloc(1, sizeof *w->order.versions);
+    if (!w->order.versions)
+        return lum_fail(&w->err, LUM_ERR_NOMEM, "", "no memory for the list of versions");
+    return lum_version_list(&w->all->store, w->order.info.id, w->order.versions, log, &w->err);
+}
+
 static enum lum_status carry_out(struct lum_project_work *w)
 {
     struct lum_project_store *store = &w->all->store;
     struct lum_project_info *info = &w->order.info;
+    const struct lum_log *log = &w->all->config.director.log;
+    struct lum_project_source source = {.state = w->has_state ? &w->state : NULL};
+    memcpy(source.id, source_of(w), sizeof source.id);
     switch (w->order.verb) {
     case LUM_PROJECT_CREATE:
-        return lum_project_make(store, info, &w->err);
+        memcpy(source.version, w->order.version, sizeof source.version);
+        return source.id[0] ? lum_project_copy(store, &source, info, log, &w->err)
+                            : lum_project_make(store, info, &w->err);
+    case LUM_VERSION_KEEP:
+        return keep_version(w, &source, log);
+    case LUM_VERSION_LIST:
+        return list_versions(w, log);
+    case LUM_VERSION_REMOVE:
+        return lum_version_remove(store, info->id, w->order.version, &w->err);
     case LUM_PROJECT_RENAME:
         return lum_project_write(store, info, &w->err);
     case LUM_PROJECT_DELETE:
@@ -179,7 +226,7 @@ static void settle(struct lum_projects *all, struct lum_project_work *w)
     }
     if (!item) { /* there is room: check_order */
         (void)add_item(all, info);
-    } else {
+    } else if (w->order.verb <= LUM_PROJECT_RESTORE) {
         memcpy(item->info.name, info->name, sizeof item->info.name);
         item->info.deleted_s = info->deleted_s;
     }
@@ -187,6 +234,9 @@ static void settle(struct lum_projects *all, struct lum_project_work *w)
 
 static void put_to_done(struct lum_projects *all, struct lum_project_work *w)
 {
+    lum_document_state_finish(&w->state);
+    if (w->held)
+        lum_project_leave(w->held, lum_clock_ns());
     all->works = w->next;
     all->n_works--;
     if (!all->works)
@@ -211,13 +261,49 @@ static bool bring_up_to_date(const struct lum_projects *all, struct lum_project_
     return !w->quiet || (item && !item->info.deleted_s);
 }
 
-/* What is deleted must be closed before. */
-static bool may_begin(struct lum_projects *all, const struct lum_project_work *w)
+/* Thread: the director's. */
+static void take_state(void *user, struct lum_document_state *state, bool ok)
 {
-    struct lum_project *p = w->order.verb == LUM_PROJECT_DELETE ? lum_projects_find_open(all, w->order.info.id) : NULL;
-    if (p && lum_project_is_idle(p))
+    struct lum_project_work *w = user;
+    const struct lum_director_config *c = &w->all->config.director;
+    w->state = *state;
+    w->has_state = ok;
+    atomic_store(&w->given, true);
+    c->wake_net(c->wake_user);
+}
+
+/* Asks the director. False: memory is short. */
+static bool ask_for_state(struct lum_project_work *w, struct lum_project *p)
+{
+    struct lum_request *q = lum_request_create(&lum_request_copy_state);
+    if (!q)
+        return false;
+    q->give = take_state;
+    q->give_user = w;
+    w->held = p;
+    p->n_sessions++;
+    (void)lum_director_post(p->director, q); /* never refused: no client can ask for it */
+    return true;
+}
+
+/* What is deleted must be closed before, and what is copied must not come or go. */
+static bool may_begin(struct lum_projects *all, struct lum_project_work *w)
+{
+    bool deletes = w->order.verb == LUM_PROJECT_DELETE;
+    struct lum_project *p = lum_projects_find_open(all, deletes ? w->order.info.id : source_of(w));
+    if (deletes && p && lum_project_is_idle(p))
         lum_project_close(p);
-    return !p;
+    if (deletes || !p || (w->order.verb == LUM_PROJECT_CREATE && w->order.version[0]))
+        return !deletes || !p;
+    if (p->stage == LUM_STAGE_OPEN && !w->held && !ask_for_state(w, p)) {
+        w->status = lum_fail(&w->err, LUM_ERR_NOMEM, "", "no memory to copy the scene");
+        return true;
+    }
+    if (!w->held || !atomic_load(&w->given))
+        return false;
+    if (!w->has_state)
+        w->status = lum_fail(&w->err, LUM_ERR_NOMEM, "", "no memory to copy the scene");
+    return true;
 }
 
 void lum_projects_turn_orders(struct lum_projects *all)
@@ -239,8 +325,9 @@ void lum_projects_turn_orders(struct lum_projects *all)
         if (!may_begin(all, w))
             return;
         w->now_s = time(NULL);
-        if (!lum_project_thread_begin(&w->thread, work_main, w)) {
+        if (!w->status && !lum_project_thread_begin(&w->thread, work_main, w))
             w->status = lum_fail(&w->err, LUM_ERR_NOMEM, "", "a thread cannot be started");
+        if (w->status) {
             settle(all, w);
             put_to_done(all, w);
         }
@@ -276,6 +363,8 @@ void lum_projects_drop_orders(struct lum_projects *all)
             (void)carry_out(w);
         put_to_done(all, w);
     }
-    while (lum_projects_next_done(all, &o, &st, &err))
+    while (lum_projects_next_done(all, &o, &st, &err)) {
         free(o.rpc_id);
+        lum_free(o.versions);
+    }
 }

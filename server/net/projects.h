@@ -12,7 +12,7 @@
 #include "protocol/base/error.h"
 #include "server/director/director.h"
 #include "server/net/uploads.h"
-#include "server/project/store.h"
+#include "server/project/copy.h"
 
 struct lum_changes_kept;
 struct lum_project;
@@ -75,18 +75,29 @@ size_t lum_projects_count(const struct lum_projects *all);
 const struct lum_project_info *lum_projects_nth(const struct lum_projects *all, size_t i);
 struct lum_project *lum_projects_find_open(const struct lum_projects *all, const char *id); /* NULL: it is not open */
 
-enum lum_project_verb { LUM_PROJECT_CREATE, LUM_PROJECT_RENAME, LUM_PROJECT_DELETE, LUM_PROJECT_RESTORE };
+enum lum_project_verb {
+    LUM_PROJECT_CREATE,
+    LUM_PROJECT_RENAME,
+    LUM_PROJECT_DELETE,
+    LUM_PROJECT_RESTORE,
+    LUM_VERSION_KEEP,
+    LUM_VERSION_LIST,
+    LUM_VERSION_REMOVE,
+};
 struct lum_project_order {
     struct lum_session_ref by;
     char user[LUM_LIMIT_ID_BYTES + 1];
     char *rpc_id; /* passes over with a true answer. NULL: nobody wants to know */
     enum lum_project_verb verb;
     struct lum_project_info info; /* create: name, scene; others: id, and rename: name */
+    lum_project_id from, version; /* create: what it begins with, "": info.scene. version.remove: which; made by keep */
+    char version_name[LUM_LIMIT_PROJECT_NAME_BYTES + 1]; /* keep */
+    struct lum_version_list *versions;                   /* the answer of version.list, from lum_calloc; the caller's */
 };
 /* False: err says why not. */
 bool lum_projects_order(struct lum_projects *all, const struct lum_project_order *order, struct lum_proto_error *err);
-/* The next that is done; the caller frees rpc_id with free(). *ret_status, *err: how it ended; order->info is what came
- * of it. False: none. */
+/* The next that is done; the caller frees rpc_id with free(), and versions with lum_free(). *ret_status, *err: how it
+ * ended; order->info is what came of it. False: none. */
 bool lum_projects_next_done(struct lum_projects *all, struct lum_project_order *ret_order, enum lum_status *ret_status,
                             struct lum_error *err);
 

@@ -47,6 +47,11 @@ struct lum_project_work {
     struct lum_project_order order;
     int64_t now_s;
     bool quiet; /* ours: nobody is answered */
+    /* The scene of one that is open, from its director. */
+    struct lum_project *held; /* it is not closed meanwhile */
+    struct lum_document_state state;
+    bool has_state;
+    _Atomic bool given; /* state and has_state are to be seen */
     struct lum_project_thread thread;
     enum lum_status status;
     struct lum_error err;

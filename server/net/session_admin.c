@@ -83,7 +83,10 @@ static const struct {
                {"project.create", LUM_ROLE_EDIT, NULL, LUM_PROJECT_CREATE},
                {"project.rename", LUM_ROLE_EDIT, NULL, LUM_PROJECT_RENAME},
                {"project.delete", LUM_ROLE_EDIT, NULL, LUM_PROJECT_DELETE},
-               {"project.restore", LUM_ROLE_EDIT, NULL, LUM_PROJECT_RESTORE}};
+               {"project.restore", LUM_ROLE_EDIT, NULL, LUM_PROJECT_RESTORE},
+               {"version.keep", LUM_ROLE_EDIT, NULL, LUM_VERSION_KEEP},
+               {"version.list", LUM_ROLE_VIEW, NULL, LUM_VERSION_LIST},
+               {"version.remove", LUM_ROLE_EDIT, NULL, LUM_VERSION_REMOVE}};
 
 bool lum_session_administer(struct lum_session *s, struct lum_rpc *rpc)
 {

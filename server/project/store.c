@@ -1,5 +1,5 @@
 #define _GNU_SOURCE
-#include "server/project/store.h"
+#include "server/project/internal.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -20,9 +20,7 @@
 #define META "project"
 #define META_PART "project.part"
 #define META_BYTES 4096u
-#define PART "part."
 #define TRASH "trash."
-#define NAME_BYTES 64 /* of a folder: the longest is one in the trash */
 
 /* ---- ids and names ---- */
 
@@ -33,7 +31,7 @@ bool lum_project_id_is(const char *text)
     return strspn(text, id_alphabet) == LUM_PROJECT_ID_BYTES && text[LUM_PROJECT_ID_BYTES] == '\0';
 }
 
-static enum lum_status make_id(lum_project_id ret_id, struct lum_error *err)
+enum lum_status lum_project_make_id(lum_project_id ret_id, struct lum_error *err)
 {
     unsigned char bytes[LUM_PROJECT_ID_BYTES];
     if (getrandom(bytes, sizeof bytes, 0) != (ssize_t)sizeof bytes) /* so few are never cut short */
@@ -68,7 +66,8 @@ bool lum_project_name_is(const char *name)
 
 /* ---- the file "project" ---- */
 
-static enum lum_status write_meta(const struct lum_dir *dir, const struct lum_project_info *info, struct lum_error *err)
+enum lum_status lum_project_write_meta(const struct lum_dir *dir, const struct lum_project_info *info,
+                                       struct lum_error *err)
 {
     size_t n = 0;
     int fd = -1;
@@ -141,12 +140,11 @@ static void look_at_journal(void *user, const char *name)
         n->s = st.st_mtim.tv_sec;
 }
 
-/* folder: ID, or its name in the trash. */
-static enum lum_status read_project(const struct lum_project_store *store, const char *folder,
-                                    struct lum_project_info *info, struct lum_error *err)
+enum lum_status lum_project_read(const struct lum_dir *above, const char *folder, struct lum_project_info *info,
+                                 struct lum_error *err)
 {
     struct lum_dir dir;
-    enum lum_status st = lum_dir_open(store->dir.fd, folder, false, store->dir.disk, &dir, err);
+    enum lum_status st = lum_dir_open(above->fd, folder, false, above->disk, &dir, err);
     if (st)
         return st;
     st = read_meta(&dir, info, err);
@@ -160,15 +158,15 @@ static enum lum_status read_project(const struct lum_project_store *store, const
 
 /* ---- names of folders ---- */
 
-static void trash_name(const struct lum_project_info *info, char ret_name[NAME_BYTES])
+static void trash_name(const struct lum_project_info *info, char ret_name[LUM_PROJECT_FOLDER_BYTES])
 {
-    snprintf(ret_name, NAME_BYTES, TRASH "%s.%lld", info->id, (long long)info->deleted_s);
+    snprintf(ret_name, LUM_PROJECT_FOLDER_BYTES, TRASH "%s.%lld", info->id, (long long)info->deleted_s);
 }
 
 /* "trash.ID.SECONDS" */
 static bool is_in_trash(const char *name, struct lum_project_info *ret_info)
 {
-    char same[NAME_BYTES];
+    char same[LUM_PROJECT_FOLDER_BYTES];
     const char *id = name + sizeof TRASH - 1;
     if (strncmp(name, TRASH, sizeof TRASH - 1) != 0 || strlen(id) <= LUM_PROJECT_ID_BYTES + 1)
         return false;
@@ -205,7 +203,7 @@ static void sweep_one(void *user, const char *name)
 {
     struct sweep *s = user;
     struct lum_project_info info;
-    bool torn = strncmp(name, PART, sizeof PART - 1) == 0;
+    bool torn = strncmp(name, LUM_PROJECT_PART, sizeof LUM_PROJECT_PART - 1) == 0;
     if (torn || (is_in_trash(name, &info) && info.deleted_s < s->now_s - LUM_LIMIT_TRASH_S))
         lum_dir_remove_tree(s->store->dir.fd, name);
 }
@@ -216,7 +214,7 @@ enum lum_status lum_project_store_open(const char *path, const struct lum_disk *
     struct lum_project_store *s = ret_store;
     struct sweep sweep = {s, now_s};
     *s = (struct lum_project_store){.dir.fd = -1, .lock_fd = -1};
-    if (strlen(path) + NAME_BYTES >= sizeof s->path)
+    if (strlen(path) + LUM_PROJECT_FOLDER_BYTES >= sizeof s->path)
         return lum_fail(err, LUM_ERR_LIMIT, "projects", "the path of the projects is too long");
     strcpy(s->path, path);
     enum lum_status st = lum_dir_open(AT_FDCWD, path, true, disk, &s->dir, err);
@@ -255,7 +253,7 @@ static void list_one(void *user, const char *name)
         return;
     if (is_id)
         strcpy(info.id, name);
-    if (read_project(l->store, name, &info, &err))
+    if (lum_project_read(&l->store->dir, name, &info, &err))
         lum_log(l->log, LUM_LOG_ERROR, "projects", "%s is left out: %s", name, err.text);
     else
         l->ended = !l->fn(l->user, &info);
@@ -273,16 +271,16 @@ enum lum_status lum_project_store_each(struct lum_project_store *store, const st
 
 enum lum_status lum_project_make(struct lum_project_store *store, struct lum_project_info *info, struct lum_error *err)
 {
-    char part[NAME_BYTES];
+    char part[LUM_PROJECT_FOLDER_BYTES];
     struct lum_dir dir;
-    enum lum_status st = make_id(info->id, err);
+    enum lum_status st = lum_project_make_id(info->id, err);
     if (st)
         return st;
-    snprintf(part, sizeof part, PART "%s", info->id);
+    snprintf(part, sizeof part, LUM_PROJECT_PART "%s", info->id);
     st = lum_dir_open(store->dir.fd, part, true, store->dir.disk, &dir, err);
     if (st)
         return st;
-    st = write_meta(&dir, info, err);
+    st = lum_project_write_meta(&dir, info, err);
     lum_dir_close(&dir);
     if (!st)
         st = lum_dir_rename(&store->dir, part, info->id, err);
@@ -298,7 +296,7 @@ enum lum_status lum_project_write(struct lum_project_store *store, const struct 
     enum lum_status st = lum_dir_open(store->dir.fd, info->id, false, store->dir.disk, &dir, err);
     if (st)
         return st;
-    st = write_meta(&dir, info, err);
+    st = lum_project_write_meta(&dir, info, err);
     lum_dir_close(&dir);
     return st;
 }
@@ -306,7 +304,7 @@ enum lum_status lum_project_write(struct lum_project_store *store, const struct 
 enum lum_status lum_project_delete(struct lum_project_store *store, struct lum_project_info *info, int64_t now_s,
                                    struct lum_error *err)
 {
-    char name[NAME_BYTES];
+    char name[LUM_PROJECT_FOLDER_BYTES];
     struct lum_project_info gone = *info;
     gone.deleted_s = now_s;
     trash_name(&gone, name);
@@ -319,7 +317,7 @@ enum lum_status lum_project_delete(struct lum_project_store *store, struct lum_p
 enum lum_status lum_project_restore(struct lum_project_store *store, struct lum_project_info *info,
                                     struct lum_error *err)
 {
-    char name[NAME_BYTES];
+    char name[LUM_PROJECT_FOLDER_BYTES];
     trash_name(info, name);
     enum lum_status st = lum_dir_rename(&store->dir, name, info->id, err);
     if (!st)

@@ -1,7 +1,7 @@
 /* Projects on disk. DIR/ID is one: the folder of a state (journal.h), and the file "project" with what people call it.
  *
  *   DIR/lock                one daemon
- *   DIR/k3v9q2x7m4ab/       a project: project, lock, snapshot-N, journal-N, content/, upload/, version.ID/
+ *   DIR/k3v9q2x7m4ab/       a project: project, lock, snapshot-N, journal-N, content/, upload/, version.ID/ (copy.h)
  *   DIR/trash.ID.SECONDS/   one that was deleted then; it is there for LUM_LIMIT_TRASH_S
  *   DIR/part.ID/            one that is being made, or that a crash left: no project
  *

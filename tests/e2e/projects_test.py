@@ -1,4 +1,6 @@
 """--projects: many scenes in one daemon. Nobody sees anything of another's, and all is there again after any end."""
+import http.client
+import json
 import os
 import tempfile
 import time
@@ -7,6 +9,7 @@ import unittest
 from daemon import Daemon
 from wsclient import Closed, RpcError
 
+HERE = os.path.dirname(os.path.abspath(__file__))
 LAMP = {"op": "add", "type": "light", "kind": "point", "position": [0, 1, 0], "flux_lm": 100}
 NAMES = ["Sankt Nikolai – Chor", "../../etc/passwd", "a/b", "'; DROP TABLE", "<img src=x onerror=alert(1)>", "日本語", "x" * 120,
          "%s%n", ".", ".."]
@@ -64,7 +67,8 @@ class Projects(unittest.TestCase):
             view = in_a.call("view.open", {"size": [16, 16], "camera_id": "main"})["view_id"]
             self.refused("not_found", lambda: in_b.call("view.read", {"view_id": view, "x": 1, "y": 1}))
             in_a.call("scene.undo")
-            self.refused("not_found", lambda: self.enter(daemon, a).call("scene.undo"))
+            other_in_a = self.enter(daemon, a)
+            self.refused("not_found", lambda: other_in_a.call("scene.undo"))
             listed = {p["name"]: p for p in lobby.call("project.list")["projects"]}
             self.assertEqual([listed[n]["id"] for n in "AB"], [a, b])
             self.assertIn(self.hello["session"], listed["A"]["people"])
@@ -136,6 +140,51 @@ class Projects(unittest.TestCase):
             self.refused("not_found", lambda: lobby.call("project.restore", {"project": project}))
             self.assertEqual(self.lamps(self.enter(daemon, project)), ["kept"])
             self.assertEqual(self.hello["project"]["name"], "Foyer, 2nd")
+
+    def test_copies_and_versions_go_their_own_way(self):
+        model = os.path.join(HERE, "web", "lamp.gltf")
+        with open(model, "rb") as file:
+            body = file.read()
+        with self.start("--close-unused", "1") as daemon:
+            lobby = daemon.connect()
+            first = lobby.call("project.create", {"name": "First"})["project"]
+            ws = self.enter(daemon, first)
+            put = ws.call("asset.upload", {"files": [{"name": "lamp.gltf", "bytes": len(body)}]})["put"]
+            connection = http.client.HTTPConnection("127.0.0.1", daemon.port)
+            connection.request("PUT", "/" + put, body=body)
+            asset = json.load(connection.getresponse())["folder"] + "/lamp.gltf"
+            connection.close()
+            ws.call("scene.apply", {"ops": [{"op": "import", "id": "lamp", "asset": asset}]})
+            self.add(ws, "a")
+            version = ws.call("version.keep", {"project": first, "name": "with a"})["version"]
+            self.add(ws, "b")
+            copy = ws.call("project.create", {"name": "Copy", "from": first})["project"]  # of one that is open
+            self.add(ws, "c")
+            ws.leave()
+            in_copy = self.enter(daemon, copy)
+            self.assertEqual(self.lamps(in_copy), ["a", "b"])
+            self.refused("not_found", lambda: in_copy.call("scene.undo"))
+            in_copy.call("scene.apply", {"ops": [{"op": "remove", "id": "lamp"}, {"op": "import", "id": "again", "asset": asset}]})
+            in_copy.leave()
+            self.wait_closed(daemon)
+            late = lobby.call("project.create", {"name": "Late", "from": first})["project"]  # of one that is closed
+            then = lobby.call("project.create", {"name": "Then", "from": first, "version": version})["project"]
+            untouched = lobby.call("project.create", {"name": "Untouched", "scene": "furnace"})["project"]
+            same = lobby.call("project.create", {"name": "Same", "from": untouched})["project"]  # nobody was ever in it
+            self.assertEqual(self.lamps(self.enter(daemon, late)), ["a", "b", "c"])
+            self.assertEqual(self.lamps(self.enter(daemon, then)), ["a"])
+            self.assertTrue(self.enter(daemon, same).call("scene.get")["ops"])
+            listed = lobby.call("version.list", {"project": first})["versions"]
+            self.assertEqual([(v["version"], v["name"]) for v in listed], [(version, "with a")])
+            lobby.call("version.remove", {"project": first, "version": version})
+            self.refused("not_found", lambda: lobby.call("version.remove", {"project": first, "version": version}))
+            self.refused("not_found", lambda: lobby.call("project.create", {"name": "x", "from": first, "version": version}))
+            self.refused("not_found", lambda: lobby.call("project.create", {"name": "x", "from": "a" * 12}))
+            self.refused("invalid_value", lambda: lobby.call("project.create", {"name": "x", "from": first, "scene": "furnace"}))
+            self.refused("invalid_value", lambda: lobby.call("project.create", {"name": "x", "version": version}))
+            self.assertEqual(lobby.call("version.list", {"project": first})["versions"], [])
+        left = [name for _, folders, files in os.walk(self.folder) for name in folders + files if name.startswith("part")]
+        self.assertEqual(left, [])
 
     def test_names_and_ids_from_anywhere(self):
         with self.start() as daemon:

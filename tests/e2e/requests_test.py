@@ -22,6 +22,9 @@ FORMS = {
     "project.rename": {"project": "aaaaaaaaaaaa", "name": "Foyer"},
     "project.delete": {"project": "aaaaaaaaaaaa"},
     "project.restore": {"project": "aaaaaaaaaaaa"},
+    "version.keep": {"project": "aaaaaaaaaaaa", "name": "evening"},
+    "version.list": {"project": "aaaaaaaaaaaa"},
+    "version.remove": {"project": "aaaaaaaaaaaa", "version": "bbbbbbbbbbbb"},
     "scene.get": {"expand": False},
     "scene.apply": {"op_id": "a-1", "repeat": False, "base_rev": 0,
                     "ops": [{"op": "set", "id": "render", "path": "/exposure_ev", "value": 3}]},
@@ -49,7 +52,8 @@ FORMS = {
     "stats.get": {},
 }
 REQUIRED = {"session.end": ["session"], "project.create": ["name"], "project.rename": ["project", "name"], "project.delete": ["project"],
-            "project.restore": ["project"],
+            "project.restore": ["project"], "version.keep": ["project", "name"], "version.list": ["project"],
+            "version.remove": ["project", "version"],
             "scene.apply": ["ops"], "preset.store": ["id"], "preset.recall": ["id"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
             "pick": ["view_id", "x", "y"], "view.read": ["view_id", "x", "y"], "bounds": ["id"], "photometry": ["id"],
             "asset.list": ["kind"], "asset.photometry": ["asset"], "asset.upload": ["files"], "sensor.read": ["id"], "probe": ["view_id", "x", "y"]}

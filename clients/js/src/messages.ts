@@ -185,10 +185,13 @@ export interface Params {
     'asset.upload': { files: readonly { name: string; bytes: number }[] };
     'session.list': None;
     'project.list': None;
-    'project.create': { name: string; scene?: string };
+    'project.create': { name: string } & ({ scene?: string } | { from: string; version?: string });
     'project.rename': { project: string; name: string };
     'project.delete': { project: string };
     'project.restore': { project: string };
+    'version.keep': { project: string; name: string };
+    'version.list': { project: string };
+    'version.remove': { project: string; version: string };
     'session.end': { session: string };
 }
 
@@ -257,6 +260,9 @@ export interface Answers {
     'project.rename': { project: string };
     'project.delete': { project: string };
     'project.restore': { project: string };
+    'version.keep': { version: string };
+    'version.list': { versions: readonly { version: string; name: string; kept_s: number }[] };
+    'version.remove': { project: string };
     'session.end': JsonObject;
 }
 

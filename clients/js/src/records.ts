@@ -659,6 +659,7 @@ export type Method =
     | 'daylight'
     | 'stats.get'
     | 'project.list'
+    | 'version.list'
     | 'probe'
     | 'sensor.watch'
     | 'sensor.read'
@@ -677,5 +678,7 @@ export type Method =
     | 'project.rename'
     | 'project.delete'
     | 'project.restore'
+    | 'version.keep'
+    | 'version.remove'
     | 'session.list'
     | 'session.end';
