@@ -1,4 +1,5 @@
 /* Projects: who asks for the list, and for something to be done with one. */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -54,6 +55,20 @@ static bool read_nothing(const struct lum_session *s, const struct lum_rpc *rpc,
                                                "this server has one scene, and no projects"));
 }
 
+static cJSON *built_in_scenes(void)
+{
+    cJSON *scenes = cJSON_CreateArray();
+    for (const struct lum_embedded *s = lum_embedded_scenes; scenes && s->key; s++) {
+        char name[LUM_PROJECT_SCENE_BYTES + 1];
+        snprintf(name, sizeof name, "%.*s", (int)strcspn(s->key, "."), s->key);
+        if (lum_json_add(scenes, NULL, cJSON_CreateString(name)))
+            continue;
+        cJSON_Delete(scenes);
+        return NULL;
+    }
+    return scenes;
+}
+
 struct cJSON *lum_session_list_projects(struct lum_session *s, const struct lum_rpc *rpc, struct lum_proto_error *err)
 {
     const struct lum_projects *projects = s->table->config.projects;
@@ -65,6 +80,7 @@ struct cJSON *lum_session_list_projects(struct lum_session *s, const struct lum_
         const struct lum_project_info *info = lum_projects_nth(projects, i);
         ok = lum_json_add(info->deleted_s ? trash : list, NULL, describe(s->table, info));
     }
+    ok = lum_json_add(result, "scenes", built_in_scenes()) && ok;
     ok = lum_json_add(result, "projects", list) && ok;
     ok = lum_json_add(result, "trash", trash) && ok;
     if (ok)

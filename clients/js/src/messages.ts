@@ -255,7 +255,7 @@ export interface Answers {
     'asset.photometry': PhotometryOfWeb & { warnings: readonly string[] };
     'asset.upload': { put: string };
     'session.list': { sessions: readonly { session: string; person: string; role: string; address: string; project: string | null }[] };
-    'project.list': { projects: readonly ProjectListed[]; trash: readonly ProjectInTrash[] };
+    'project.list': { projects: readonly ProjectListed[]; trash: readonly ProjectInTrash[]; scenes: readonly string[] };
     'project.create': { project: string };
     'project.rename': { project: string };
     'project.delete': { project: string };
