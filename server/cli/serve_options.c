@@ -195,7 +195,7 @@ static enum lum_status check_projects(const struct lum_serve_options *o, struct 
 {
     static const enum lum_serve_option others[] = {LUM_SERVE_STATE, LUM_SERVE_SCENE, LUM_SERVE_SACN, LUM_SERVE_ARTNET};
     for (size_t i = 0; o->projects && i < LUM_ARRAY_LEN(others); i++)
-        if (o->value[others[i]] && strcmp(o->given[others[i]], "default") != 0)
+        if (o->value[others[i]] && *o->value[others[i]] && strcmp(o->given[others[i]], "default") != 0)
             return lum_fail(err, LUM_ERR_INVALID, "projects", "%s and %s exclude each other",
                             o->given[LUM_SERVE_PROJECTS], o->given[others[i]]);
     return LUM_OK;

@@ -15,12 +15,13 @@
 
 /* ---- the list ---- */
 
-static cJSON *people_in(const struct lum_sessions *t, const char *id)
+/* p NULL: it is not open. */
+static cJSON *people_in(const struct lum_sessions *t, const struct lum_project *p)
 {
     cJSON *people = cJSON_CreateArray();
-    for (uint32_t i = 0; people && i < LUM_LIMIT_CONNECTIONS; i++) {
+    for (uint32_t i = 0; p && people && i < LUM_LIMIT_CONNECTIONS; i++) {
         const struct lum_session *s = &t->slots[i];
-        if (!lum_session_is_here(s) || !s->project || strcmp(lum_project_info(s->project)->id, id) != 0)
+        if (!lum_session_is_here(s) || s->project != p)
             continue;
         if (lum_json_add(people, NULL, cJSON_CreateString(s->user)))
             continue;
@@ -32,14 +33,14 @@ static cJSON *people_in(const struct lum_sessions *t, const char *id)
 
 static cJSON *describe(const struct lum_sessions *t, const struct lum_project_info *info)
 {
+    const struct lum_project *p = lum_projects_find_open(t->config.projects, info->id);
     cJSON *o = cJSON_CreateObject();
     bool ok = lum_json_add_string(o, "id", info->id) && lum_json_add_string(o, "name", info->name) &&
               lum_json_add_number(o, "changed_s", (double)info->changed_s);
     if (ok && info->deleted_s)
         ok = lum_json_add_number(o, "deleted_s", (double)info->deleted_s);
     else if (ok)
-        ok = lum_json_add_bool(o, "open", lum_projects_find_open(t->config.projects, info->id) != NULL) &&
-             lum_json_add(o, "people", people_in(t, info->id));
+        ok = lum_json_add_bool(o, "open", p != NULL) && lum_json_add(o, "people", people_in(t, p));
     if (ok)
         return o;
     cJSON_Delete(o);

@@ -43,6 +43,8 @@ export class Session {
     role: Answers['session.hello']['role'] = 'view';
     saved: Answers['session.hello']['saved'] = 'no';
     limits!: SessionLimits;
+    /** Of a server with many scenes; null: none, or the one there is. */
+    project: Answers['session.hello']['project'] = null;
     /** The newest revision of the scene that is known. */
     sceneRev = 0;
     private readonly rpc: Rpc;
@@ -77,6 +79,7 @@ export class Session {
         this.name = hello.session;
         this.role = hello.role;
         this.saved = hello.saved;
+        this.project = hello.project;
         this.limits = hello.limits;
         this.sceneRev = Math.max(this.sceneRev, hello.scene_rev ?? 0);
     }
