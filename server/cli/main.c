@@ -36,7 +36,7 @@
 static void help_serve(const struct lum_help *h)
 {
     lum_help_text(
-        h, "lumend: a render server. Clients edit one scene over WebSocket and watch it with global illumination.\n"
+        h, "lumend: a render server. Clients edit a scene over WebSocket and watch it with global illumination.\n"
            "\n"
            "  lumend [serve] [options]            serve a scene; open the printed URL in a browser\n"
            "  lumend render --scene S --out F     render without network: an .exr or .png\n"
@@ -56,6 +56,7 @@ static void help_serve(const struct lum_help *h)
                   "Try:\n"
                   "  lumend                              the Cornell box on this machine\n"
                   "  lumend --scene office --listen 127.0.0.1:0\n"
+                  "  lumend --projects rooms             many scenes in the folder rooms\n"
                   "  lumend --scene room.glb --listen 0.0.0.0:9460 --token-file token --allow-host render.example\n");
 }
 

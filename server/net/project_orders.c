@@ -178,7 +178,7 @@ static enum lum_status carry_out(struct lum_project_work *w)
     struct lum_project_info *info = &w->order.info;
     const struct lum_log *log = &w->all->config.director.log;
     struct lum_project_source source = {.state = w->has_state ? &w->state : NULL};
-    memcpy(source.id, source_of(w), sizeof source.id);
+    strcpy(source.id, source_of(w));
     switch (w->order.verb) {
     case LUM_PROJECT_CREATE:
         memcpy(source.version, w->order.version, sizeof source.version);
