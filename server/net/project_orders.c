@@ -325,12 +325,13 @@ void lum_projects_turn_orders(struct lum_projects *all)
         if (!may_begin(all, w))
             return;
         w->now_s = time(NULL);
-        if (!w->status && !lum_project_thread_begin(&w->thread, work_main, w))
+        bool runs = !w->status && lum_project_thread_begin(&w->thread, work_main, w);
+        if (runs)
+            return;
+        if (!w->status)
             w->status = lum_fail(&w->err, LUM_ERR_NOMEM, "", "a thread cannot be started");
-        if (w->status) {
-            settle(all, w);
-            put_to_done(all, w);
-        }
+        settle(all, w);
+        put_to_done(all, w);
     }
 }
 
