@@ -114,8 +114,17 @@ export class Projects {
         const answer = await this.host.call('project.list', {}).catch(() => null);
         if (!answer) return;
         this.list.value = projectsIn(answer);
+        this.renamed();
         this.trash.value = objects(answer.trash).map((p) => ({ id: stringOr(p.id, ''), name: stringOr(p.name, ''), deletedS: numberOr(p.deleted_s, 0) }));
         this.scenes.value = texts(answer.scenes);
+    }
+
+    /** By whomever. */
+    private renamed(): void {
+        const now = this.list.value.find((p) => p.id === this.here.value?.id);
+        if (!now || now.name === this.here.value?.name) return;
+        this.here.value = { id: now.id, name: now.name };
+        document.title = `${now.name} – lumend`;
     }
 
     async create(name: string, scene: string): Promise<void> {
@@ -134,8 +143,7 @@ export class Projects {
 
     async rename(project: Project, name: string): Promise<void> {
         if (name === '' || name === project.name) return;
-        const done = await this.ask('project.rename', { project: project.id, name: shortened(name) });
-        if (done && this.here.value?.id === project.id) this.here.value = { id: project.id, name: shortened(name) };
+        await this.ask('project.rename', { project: project.id, name: shortened(name) });
     }
 
     async remove({ id, name }: Project): Promise<void> {

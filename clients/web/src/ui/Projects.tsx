@@ -60,19 +60,22 @@ export function ProjectsDialog() {
     );
 }
 
-/** A text, and a button that does something with it. */
+/** A text, and a button that does something with it. start: what it is while nobody has written anything. */
 function NameForm(props: { label: string; placeholder?: string; start?: string; button: string; children?: ComponentChildren; onName(name: string): void }) {
-    const name = useSignal(props.start ?? '');
+    const written = useSignal<string | null>(null);
     const { busy } = useApp().projects;
+    const name = written.value ?? props.start ?? '';
     return (
         <form
             class="project-form"
             onSubmit={(e) => {
                 e.preventDefault();
-                if (name.value.trim() && !busy.value) props.onName(name.value.trim());
+                if (!name.trim() || busy.value) return;
+                written.value = null;
+                props.onName(name.trim());
             }}
         >
-            <input type="text" required aria-label={props.label} placeholder={props.placeholder ?? ''} value={name.value} onInput={(e) => (name.value = e.currentTarget.value)} />
+            <input type="text" required aria-label={props.label} placeholder={props.placeholder ?? ''} value={name} onInput={(e) => (written.value = e.currentTarget.value)} />
             {props.children}
             <button type="submit" class="button" disabled={busy.value}>
                 {props.button}
@@ -91,7 +94,7 @@ function SaveAs() {
             <h3 id="project-here-title">{here.name}</h3>
             <p class="hint">Each change is saved at once. Save as begins another project with the scene as it is now, and goes on there.</p>
             <Editing>
-                <NameForm key={taken.size} label="Name of the copy" start={nameOfCopy(here.name, taken)} button="Save as" onName={(name) => void projects.saveAs(name, here.id)} />
+                <NameForm label="Name of the copy" start={nameOfCopy(here.name, taken)} button="Save as" onName={(name) => void projects.saveAs(name, here.id)} />
             </Editing>
             <button type="button" class="button" onClick={() => void downloads.scene()}>
                 Download the scene
@@ -178,13 +181,8 @@ function More({ project }: { project: Project }) {
     return (
         <div class="project-more">
             <Editing>
-                <div class="project-form">
-                    <input
-                        type="text"
-                        aria-label={`Name of ${project.name}`}
-                        value={project.name}
-                        onChange={(e) => void projects.rename(project, e.currentTarget.value.trim())}
-                    />
+                <NameForm label={`Name of ${project.name}`} start={project.name} button="Rename" onName={(name) => void projects.rename(project, name)} />
+                <div class="project-deeds">
                     <button type="button" class="button" disabled={projects.busy.value} onClick={() => void projects.duplicate(project)}>
                         Duplicate
                     </button>
@@ -212,7 +210,7 @@ function Versions({ project }: { project: Project }) {
                 </ul>
             )}
             <Editing>
-                <NameForm key={versions.length} label={`Name of a version of ${project.name}`} placeholder="Name, like Before the meeting" button="Keep as it is now" onName={(name) => void projects.keep(project.id, name)} />
+                <NameForm label={`Name of a version of ${project.name}`} placeholder="Name, like Before the meeting" button="Keep as it is now" onName={(name) => void projects.keep(project.id, name)} />
             </Editing>
         </>
     );
