@@ -35,7 +35,7 @@ LAYERS = {
         "render",
     ],
     "protocol": ["base", "json", "message", "record", "op", "document"],
-    "server": ["base", "import", "importer", "stream", "journal", "desk", "world", "report", "director", "net", "cli"],
+    "server": ["base", "import", "importer", "stream", "journal", "project", "desk", "world", "report", "director", "net", "cli"],
 }
 # rooms of core/effect -> others of them that they may use
 EFFECT_MAY_USE = {

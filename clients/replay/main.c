@@ -20,6 +20,7 @@ static const char usage_text[] =
     "\n"
     "  --url URL            ws://127.0.0.1:9460\n"
     "  --token T            of the server's URL; default: $LUMEND_TOKEN\n"
+    "  --project ID         of a server with many scenes (--projects): in which\n"
     "  --speed X            1: as recorded; 2: twice as fast; 0: each edit when the one before is shown\n"
     "  --camera-orbit N     then turn the camera around its target in N steps, each when the one before is shown\n"
     "  --view-size WxH      600x400\n"
@@ -78,6 +79,9 @@ static bool parse_option(struct arguments *a, int option, const char *value)
     case 't':
         p->token = value;
         return true;
+    case 'p':
+        p->project = value;
+        return true;
     case 's':
         return parse_number(value, 0, 1e6, &p->speed);
     case 'o':
@@ -117,7 +121,7 @@ static bool parse_arguments(int argc, char **argv, struct arguments *a)
         {"url", 1, NULL, 'u'},       {"token", 1, NULL, 't'},   {"speed", 1, NULL, 's'}, {"camera-orbit", 1, NULL, 'o'},
         {"view-size", 1, NULL, 'v'}, {"method", 1, NULL, 'm'},  {"codec", 1, NULL, 'c'}, {"quality", 1, NULL, 'q'},
         {"record", 1, NULL, 'r'},    {"timeout", 1, NULL, 'w'}, {"json", 0, NULL, 'j'},  {"help", 0, NULL, 'h'},
-        {"version", 0, NULL, 'V'},   {NULL, 0, NULL, 0},
+        {"version", 0, NULL, 'V'},   {"project", 1, NULL, 'p'}, {NULL, 0, NULL, 0},
     };
     *a = (struct arguments){.player = {.url = "ws://127.0.0.1:9460",
                                        .token = getenv("LUMEND_TOKEN"),

@@ -205,6 +205,8 @@ static bool hello(struct player *p)
     cJSON *params = cJSON_CreateObject();
     if (p->options->token)
         lum_json_add_string(params, "token", p->options->token);
+    if (p->options->project)
+        lum_json_add_string(params, "project", p->options->project);
     lum_json_add_string(params, "client", "lumend-replay");
     return call(p, "session.hello", params);
 }

@@ -112,6 +112,14 @@
 #define LUM_LIMIT_UPLOAD_BEGIN_S 60     /* from the announcement on */
 #define LUM_LIMIT_UPLOAD_END_S 900      /* from the beginning on: the largest by 5 Mbit/s */
 
+/* ---- projects ---- */
+#define LUM_LIMIT_PROJECTS 1024u         /* of a server, those in the trash, too: a list of them is 200 KiB */
+#define LUM_LIMIT_PROJECT_NAME_BYTES 120 /* a line of a list */
+#define LUM_LIMIT_PROJECTS_OPEN 64u      /* as many as there are sessions */
+#define LUM_LIMIT_VERSIONS 100u          /* of a project: each takes what its scene takes on disk */
+#define LUM_LIMIT_PROJECT_REQUESTS 64u   /* that wait for the disk: one of each session */
+#define LUM_LIMIT_TRASH_S (30 * 86400)   /* a month: who deleted by mistake was on holiday */
+
 /* ---- imports ---- */
 #define LUM_LIMIT_IMPORTS_AT_ONCE 2u
 #define LUM_LIMIT_IMPORTS_WAITING 64u /* with those that run: each holds on to its message, and may take minutes */

@@ -7,11 +7,8 @@
 #include "protocol/document/internal.h"
 #include "protocol/record/field.h"
 
-void lum_document_state_finish(struct lum_document_state *s)
+void lum_document_state_drop_histories(struct lum_document_state *s)
 {
-    for (size_t i = 0; i < s->n_records; i++)
-        lum_record_unref(s->records[i]);
-    free(s->records);
     for (size_t i = 0; i < s->n_histories; i++) {
         struct lum_history_state *h = &s->histories[i];
         for (size_t k = 0; k < h->n_undo + h->n_redo; k++)
@@ -19,6 +16,16 @@ void lum_document_state_finish(struct lum_document_state *s)
         free(h->steps);
     }
     free(s->histories);
+    s->histories = NULL;
+    s->n_histories = 0;
+}
+
+void lum_document_state_finish(struct lum_document_state *s)
+{
+    for (size_t i = 0; i < s->n_records; i++)
+        lum_record_unref(s->records[i]);
+    free(s->records);
+    lum_document_state_drop_histories(s);
     *s = (struct lum_document_state){0};
 }
 

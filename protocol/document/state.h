@@ -24,6 +24,9 @@ struct lum_document_state {
 };
 void lum_document_state_finish(struct lum_document_state *s); /* accepts a zeroed or half-filled one */
 
+/* Nobody can undo what is in it. */
+void lum_document_state_drop_histories(struct lum_document_state *s);
+
 /* False: memory is short. Thread: the document's. */
 bool lum_document_take_state(struct lum_document *doc, struct lum_document_state *ret_state);
 

@@ -31,12 +31,12 @@
 #include "server/net/auth.h"
 #include "server/net/healthcheck.h"
 #include "server/net/net.h"
-#include "server/net/uploads.h"
+#include "server/net/projects.h"
 
 static void help_serve(const struct lum_help *h)
 {
     lum_help_text(
-        h, "lumend: a render server. Clients edit one scene over WebSocket and watch it with global illumination.\n"
+        h, "lumend: a render server. Clients edit a scene over WebSocket and watch it with global illumination.\n"
            "\n"
            "  lumend [serve] [options]            serve a scene; open the printed URL in a browser\n"
            "  lumend render --scene S --out F     render without network: an .exr or .png\n"
@@ -56,6 +56,7 @@ static void help_serve(const struct lum_help *h)
                   "Try:\n"
                   "  lumend                              the Cornell box on this machine\n"
                   "  lumend --scene office --listen 127.0.0.1:0\n"
+                  "  lumend --projects rooms             many scenes in the folder rooms\n"
                   "  lumend --scene room.glb --listen 0.0.0.0:9460 --token-file token --allow-host render.example\n");
 }
 
@@ -175,12 +176,13 @@ static void print_ready(const struct lum_serve_options *o, uint16_t port, const 
 }
 
 static enum lum_status make_net(const struct lum_serve_options *o, struct lum_auth *auth, struct lum_log log,
-                                struct lum_net **ret_net, struct lum_error *err)
+                                const struct lum_service *service, struct lum_net **ret_net, struct lum_error *err)
 {
     const struct lum_net_config config = {
         .address = o->listen,
         .access = {.loopback = o->listen.loopback, .hosts = o->allow_host, .origins = o->allow_origin},
         .auth = auth,
+        .service = service,
         .log = log,
     };
     return lum_net_create(&config, ret_net, err);
@@ -209,14 +211,12 @@ static void tell_alive(void *service)
     lum_service_tell_alive(service);
 }
 
-static enum lum_status make_director(const struct lum_serve_options *o, struct lum_log log, struct lum_net *net,
-                                     struct lum_service *service, struct lum_desk *desk, const char *uploads_dir,
-                                     struct lum_director **ret_director, struct lum_error *err)
+static struct lum_director_config director_config(const struct lum_serve_options *o, struct lum_log log,
+                                                  struct lum_net *net, struct lum_service *service)
 {
-    const struct lum_director_config config = {
+    return (struct lum_director_config){
         .scene = o->scene,
         .assets_dir = o->assets,
-        .uploads_dir = uploads_dir,
         .state_dir = o->state,
         .durability = o->durability,
         .snapshot_bytes = 1024ull * o->snapshot_kib,
@@ -227,7 +227,6 @@ static enum lum_status make_director(const struct lum_serve_options *o, struct l
         .threads = o->threads,
         .deterministic = o->deterministic,
         .audit = o->audit,
-        .desk = desk,
         .log = log,
         .wake_net = lum_net_wake,
         .wake_user = net,
@@ -235,7 +234,6 @@ static enum lum_status make_director(const struct lum_serve_options *o, struct l
         .alive_user = service,
         .alive_ns = service->alive_ns,
     };
-    return lum_director_create(&config, ret_director, err);
 }
 
 /* A folder that is missing is not an error: the container names one that need not be mounted. */
@@ -267,7 +265,10 @@ struct loading {
 static void *load_main(void *arg)
 {
     struct loading *l = arg;
-    l->status = make_director(l->options, l->log, l->net, l->service, l->desk, l->uploads_dir, &l->director, l->err);
+    struct lum_director_config config = director_config(l->options, l->log, l->net, l->service);
+    config.desk = l->desk;
+    config.uploads_dir = l->uploads_dir;
+    l->status = lum_director_create(&config, &l->director, l->err);
     atomic_store(&l->done, true);
     lum_net_wake(l->net);
     return NULL;
@@ -289,22 +290,55 @@ static enum lum_status load(struct loading *l)
     return l->status;
 }
 
+static struct lum_uploads_config uploads_config(const struct lum_serve_options *o, struct lum_log log,
+                                                struct lum_net *net)
+{
+    return (struct lum_uploads_config){.max_bytes = (uint64_t)o->upload_mib << 20,
+                                       .disk = &lum_disk_real,
+                                       .audit = o->audit,
+                                       .log = log,
+                                       .wake = lum_net_wake,
+                                       .wake_user = net};
+}
+
 /* Once the director has the folder of --state for itself. What cannot be kept is not taken; all else is served. */
 static struct lum_uploads *make_uploads(const struct lum_serve_options *o, const char *dir, struct lum_log log,
                                         struct lum_net *net)
 {
     struct lum_error err;
     struct lum_uploads *uploads = NULL;
-    const struct lum_uploads_config config = {.root = dir,
-                                              .max_bytes = (uint64_t)o->upload_mib << 20,
-                                              .disk = &lum_disk_real,
-                                              .audit = o->audit,
-                                              .log = log,
-                                              .wake = lum_net_wake,
-                                              .wake_user = net};
+    struct lum_uploads_config config = uploads_config(o, log, net);
+    config.root = dir;
     if (dir && lum_uploads_create(&config, &uploads, &err))
         lum_log(&log, LUM_LOG_WARNING, "main", "no file can be sent: %s", err.text);
     return uploads;
+}
+
+/* From the ready line to the end. */
+static enum lum_status serve_projects(const struct lum_serve_options *o, struct lum_projects *projects,
+                                      const struct lum_auth *auth, struct lum_log log, struct lum_net *net,
+                                      struct lum_service *service, struct lum_error *err)
+{
+    struct lum_sessions *sessions = NULL;
+    const struct lum_sessions_config config = {.projects = projects,
+                                               .auth = auth,
+                                               .counters = lum_net_counters(net),
+                                               .imports = has_assets(o, log),
+                                               .saved =
+                                                   o->state || o->projects ? lum_durability_names[o->durability] : NULL,
+                                               .audit = o->audit,
+                                               .log = log};
+    enum lum_status status = lum_sessions_create(&config, &sessions, err);
+    if (!status) {
+        lum_serve_options_warn(&log);
+        print_ready(o, lum_net_port(net), auth);
+        lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->listen.host, lum_net_port(net));
+        lum_service_tell(service, "READY=1");
+        lum_net_run(net, sessions, projects);
+        lum_log(&log, LUM_LOG_INFO, "main", "stopped");
+    }
+    lum_sessions_destroy(sessions);
+    return status;
 }
 
 /* From the director to the end of the run; net and the signal thread are there. uploads_dir: where to keep what people
@@ -314,7 +348,7 @@ static enum lum_status run(const struct lum_serve_options *o, const char *upload
 {
     struct loading loading = {
         .options = o, .log = log, .net = net, .service = service, .uploads_dir = uploads_dir, .err = err};
-    struct lum_sessions *sessions = NULL;
+    struct lum_projects *projects = NULL;
     enum lum_status status = make_desk(o, log, &loading.desk, err);
     if (!status)
         status = load(&loading);
@@ -322,31 +356,42 @@ static enum lum_status run(const struct lum_serve_options *o, const char *upload
         lum_desk_destroy(loading.desk);
         return status;
     }
-    struct lum_director *director = loading.director;
-    struct lum_desk *desk = loading.desk;
     struct lum_uploads *uploads = make_uploads(o, uploads_dir, log, net);
-    const struct lum_sessions_config config = {.director = director,
-                                               .auth = auth,
-                                               .counters = lum_net_counters(net),
-                                               .imports = has_assets(o, log),
-                                               .uploads = uploads,
-                                               .saved = o->state ? lum_durability_names[o->durability] : NULL,
-                                               .starts = lum_director_starts(director),
-                                               .audit = o->audit,
-                                               .log = log};
-    status = lum_sessions_create(&config, &sessions, err);
-    if (!status) {
-        lum_serve_options_warn(&log);
-        print_ready(o, lum_net_port(net), auth);
-        lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->listen.host, lum_net_port(net));
-        lum_service_tell(service, "READY=1");
-        lum_net_run(net, sessions, uploads, director);
-        lum_log(&log, LUM_LOG_INFO, "main", "stopped");
-    }
-    lum_sessions_destroy(sessions);
+    status = lum_projects_of_one(loading.director, uploads, &projects, err);
+    if (!status)
+        status = serve_projects(o, projects, auth, log, net, service, err);
+    (void)lum_projects_destroy(projects);
     lum_uploads_destroy(uploads);
-    lum_director_destroy(director);
-    lum_desk_destroy(desk);
+    lum_director_destroy(loading.director);
+    lum_desk_destroy(loading.desk);
+    return status;
+}
+
+/* 0: half of the machine's. */
+static uint64_t memory_for(uint32_t mib)
+{
+    long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+    return mib ? (uint64_t)mib << 20 : pages > 0 && page > 0 ? (uint64_t)pages * (uint64_t)page / 2 : 0;
+}
+
+/* Nothing is loaded before somebody comes. */
+static enum lum_status run_projects(const struct lum_serve_options *o, const struct lum_auth *auth, struct lum_log log,
+                                    struct lum_net *net, struct lum_service *service, struct lum_error *err)
+{
+    struct lum_projects *projects = NULL;
+    const struct lum_projects_config config = {.path = o->projects,
+                                               .director = director_config(o, log, net, service),
+                                               .uploads = uploads_config(o, log, net),
+                                               .max_open = o->open_projects,
+                                               .max_bytes = memory_for(o->projects_mib),
+                                               .unused_ns = o->close_unused_s * 1000000000ll};
+    enum lum_status status = lum_projects_create(&config, &projects, err);
+    if (!status)
+        status = serve_projects(o, projects, auth, log, net, service, err);
+    if (!lum_projects_destroy(projects)) {
+        lum_log(&log, LUM_LOG_INFO, "main", "stopped while a project was being loaded");
+        _exit(LUM_EXIT_OK);
+    }
     return status;
 }
 
@@ -356,6 +401,8 @@ static enum lum_status run_with_uploads(const struct lum_serve_options *o, const
 {
     struct lum_upload_root root;
     struct lum_error why;
+    if (o->projects)
+        return run_projects(o, auth, log, net, service, err);
     if (o->state || o->upload_mib == 0)
         return run(o, o->upload_mib ? o->state : NULL, auth, log, net, service, err);
     bool made = !lum_upload_root_make(&root, &why);
@@ -378,7 +425,7 @@ static enum lum_status serve(const struct lum_serve_options *o, struct lum_log l
     if (!status)
         status = make_auth(o, &auth, err);
     if (!status)
-        status = make_net(o, &auth, log, &net, err);
+        status = make_net(o, &auth, log, &service, &net, err);
     if (!status && !signals_begin(&watch, net, &service))
         status = lum_fail(err, LUM_ERR_INTERNAL, "", "cannot start a thread");
     else if (!status) {

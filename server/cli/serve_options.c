@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "protocol/base/limits.h"
 #include "server/cli/help.h"
 #include "server/cli/option.h"
 
@@ -97,6 +98,19 @@ static const struct lum_option_row rows[LUM_SERVE_COUNT] = {
                 "file is taken"},
     [LUM_SERVE_STATE] = {"state", "DIR", TEXT(state),
         .help = "keeps every edit in DIR, and starts with what DIR holds; --scene is for an empty one"},
+    [LUM_SERVE_PROJECTS] = {"projects", "DIR", TEXT(projects),
+        .help = "keeps many scenes, each in a folder of its own in DIR, as with --state: people make, open, name and\n"
+                "delete them in the browser. Not with --state, --scene, --sacn or --artnet"},
+    [LUM_SERVE_OPEN_PROJECTS] = {"open-projects", "N", .fallback = "8", .kind = LUM_OPTION_WHOLE, AT(open_projects),
+        .min = 1, .max = LUM_LIMIT_PROJECTS_OPEN,
+        .help = "projects that may be open at once; beyond, the one that nobody is in for longest is closed"},
+    [LUM_SERVE_PROJECTS_MIB] = {"projects-mib", "N", .fallback = "0", .kind = LUM_OPTION_WHOLE, AT(projects_mib),
+        .max = 1u << 24,
+        .help = "of memory for all open projects, beyond which those that nobody is in are closed, and none is\n"
+                "opened; 0: half of the machine's"},
+    [LUM_SERVE_CLOSE_UNUSED] = {"close-unused", "S", .fallback = "600", .kind = LUM_OPTION_WHOLE, AT(close_unused_s),
+        .min = 1, .max = 1000000,
+        .help = "seconds after which a project that nobody is in is closed, and gives its memory back"},
     [LUM_SERVE_DURABILITY] = {"durability", "WHEN", .fallback = "commit", OTHER(read_durability),
         .help = "commit: edits are answered when they are on disk; interval: at once, and a crash or a\n"
                 "power cut may take the last second of them"},
@@ -176,6 +190,17 @@ static enum lum_status check_desk(const struct lum_serve_options *o, struct lum_
                     o->given[LUM_SERVE_SACN_JOIN]);
 }
 
+/* A desk speaks to one scene. */
+static enum lum_status check_projects(const struct lum_serve_options *o, struct lum_error *err)
+{
+    static const enum lum_serve_option others[] = {LUM_SERVE_STATE, LUM_SERVE_SCENE, LUM_SERVE_SACN, LUM_SERVE_ARTNET};
+    for (size_t i = 0; o->projects && i < LUM_ARRAY_LEN(others); i++)
+        if (o->value[others[i]] && *o->value[others[i]] && strcmp(o->given[others[i]], "default") != 0)
+            return lum_fail(err, LUM_ERR_INVALID, "projects", "%s and %s exclude each other",
+                            o->given[LUM_SERVE_PROJECTS], o->given[others[i]]);
+    return LUM_OK;
+}
+
 enum lum_status lum_serve_options_parse(int argc, char **argv, struct lum_serve_options *ret_options,
                                         struct lum_error *err)
 {
@@ -189,6 +214,8 @@ enum lum_status lum_serve_options_parse(int argc, char **argv, struct lum_serve_
         status = check_auth(&o, err);
     if (!status)
         status = check_desk(&o, err);
+    if (!status)
+        status = check_projects(&o, err);
     if (!status)
         *ret_options = o;
     return status;

@@ -27,6 +27,10 @@ enum lum_serve_option {
     LUM_SERVE_ASSETS,
     LUM_SERVE_UPLOAD_MIB,
     LUM_SERVE_STATE,
+    LUM_SERVE_PROJECTS,
+    LUM_SERVE_OPEN_PROJECTS,
+    LUM_SERVE_PROJECTS_MIB,
+    LUM_SERVE_CLOSE_UNUSED,
     LUM_SERVE_DURABILITY,
     LUM_SERVE_SNAPSHOT_KIB,
     LUM_SERVE_IMPORTER,
@@ -43,14 +47,15 @@ enum lum_serve_option {
 
 struct lum_serve_options {
     /* Strings belong to argv and the environment. NULL: not given and no default. */
-    const char *scene, *token_file, *tokens, *allow_host, *allow_origin, *assets, *state, *importer, *method, *isa,
-        *sacn_join;
+    const char *scene, *token_file, *tokens, *allow_host, *allow_origin, *assets, *state, *projects, *importer, *method,
+        *isa, *sacn_join;
     enum lum_durability durability;
     struct lum_address listen;
     struct lum_address desk[LUM_DESK_PROTOCOL_COUNT]; /* host "": not given */
     bool no_auth, audit, deterministic, healthcheck, print_config;
     uint32_t threads; /* 0: all processors */
     uint32_t snapshot_kib;
+    uint32_t open_projects, projects_mib, close_unused_s;
     uint32_t upload_mib; /* 0: nobody may send files */
     enum lum_log_level log;
     /* As given, and where it comes from, for messages: "--threads", "$LUMEND_THREADS" or "default". */

@@ -253,7 +253,7 @@ static bool copy_config(struct lum_director *d, const struct lum_director_config
     d->config.state_dir = copy_string(config->state_dir);
     if (!d->config.wake_net)
         d->config.wake_net = wake_nobody;
-    return d->config.scene && (!config->assets_dir || d->config.assets_dir) &&
+    return (!config->scene || d->config.scene) && (!config->assets_dir || d->config.assets_dir) &&
            (!config->uploads_dir || d->config.uploads_dir) && (!config->importer || d->config.importer) &&
            (!config->method || d->config.method) && (!config->state_dir || d->config.state_dir);
 }
@@ -308,7 +308,9 @@ static enum lum_status load(struct lum_director *d, struct lum_error *err)
     enum lum_status st = lum_director_open_state(d, &loaded, err);
     if (st)
         return st;
-    if (!loaded && !lum_scene_load(&d->world, d->config.scene, &import, &e))
+    if (!loaded && !d->config.scene && !lum_scene_begin(&d->world, &e))
+        return lum_fail(err, LUM_ERR_INVALID, e.path, "%s", e.text);
+    if (!loaded && d->config.scene && !lum_scene_load(&d->world, d->config.scene, &import, &e))
         return lum_fail(err, LUM_ERR_INVALID, e.path, "%.60s: %s", d->config.scene, e.text);
     if (d->config.method && strcmp(lum_world_render(&d->world)->render.method, d->config.method) != 0 &&
         !set_method(d, &e))

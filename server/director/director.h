@@ -17,7 +17,7 @@
 #include "server/journal/journal.h"
 
 struct lum_director_config {
-    const char *scene;       /* built-in name or file */
+    const char *scene;       /* built-in name or file; NULL: nothing but a camera */
     const char *assets_dir;  /* root of import assets; NULL: those are refused */
     const char *uploads_dir; /* root of what people sent (asset.h); NULL: nobody may */
     const char *importer;    /* path of lumend-import */

@@ -19,6 +19,7 @@ static inline bool lum_session_same(struct lum_session_ref a, struct lum_session
 }
 
 struct lum_director;
+struct lum_document_state;
 struct lum_json_reader;
 struct lum_request;
 
@@ -68,6 +69,7 @@ LUM_REQUESTS(LUM_REQUEST_DECLARE)
 extern const struct lum_request_type lum_request_session_closed, /* closes its views and forgets the user's history */
     lum_request_session_lost,                                    /* closes its views; the user may come back */
     lum_request_user_gone,                                       /* forgets the history of one who did not */
+    lum_request_copy_state,                                      /* gives the scene as it is to `give` */
     lum_request_wake;                                            /* a stream wants a frame; never in the inbox */
 
 struct lum_request {
@@ -99,6 +101,9 @@ struct lum_request {
     double height_m, border_m; /* sensor.place */
     char asset[LUM_LIMIT_ASSET_BYTES + 1]; /* asset.photometry */
     char match[LUM_LIMIT_ID_BYTES + 1];    /* asset.list */
+    /* copy_state: called on the director's thread, unless it ends before. The state passes over; false: no memory. */
+    void (*give)(void *user, struct lum_document_state *state, bool ok);
+    void *give_user;
 };
 struct lum_request *lum_request_create(const struct lum_request_type *type); /* zeroed; NULL when memory is short */
 void lum_request_destroy(struct lum_request *q);

@@ -81,6 +81,14 @@ enum lum_status lum_director_start_saving(struct lum_director *d, struct lum_err
     return lum_journal_start(d->journal, &state, err);
 }
 
+static void copy_state(struct lum_director *d, const struct lum_request *q)
+{
+    struct lum_document_state state = {0};
+    q->give(q->give_user, &state, lum_document_take_state(d->world.doc, &state));
+}
+
+const struct lum_request_type lum_request_copy_state = {.answer = copy_state};
+
 /* ---- entries ---- */
 
 bool lum_director_may_edit(struct lum_director *d, struct lum_proto_error *err)

@@ -207,3 +207,39 @@ void lum_dir_remove(const struct lum_dir *dir, const char *name)
 {
     (void)unlinkat(dir->fd, name, 0);
 }
+
+/* ---- trees ---- */
+
+#define DEPTH 256u /* beyond, folders stay: nothing of ours is so deep, and each holds a descriptor */
+
+static void walk(int at_fd, const char *name, unsigned depth, void (*fn)(void *user, int at_fd, const char *name),
+                 void *user)
+{
+    int fd = depth < DEPTH ? openat(at_fd, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC) : -1;
+    DIR *list = fd < 0 ? NULL : fdopendir(fd);
+    if (fd >= 0 && !list)
+        close(fd);
+    for (struct dirent *e = list ? readdir(list) : NULL; e; e = readdir(list))
+        if (strcmp(e->d_name, ".") != 0 && strcmp(e->d_name, "..") != 0)
+            walk(dirfd(list), e->d_name, depth + 1, fn, user);
+    if (list)
+        closedir(list);
+    fn(user, at_fd, name);
+}
+
+void lum_dir_walk(int at_fd, const char *name, void (*fn)(void *user, int at_fd, const char *name), void *user)
+{
+    walk(at_fd, name, 0, fn, user);
+}
+
+static void remove_one(void *user, int at_fd, const char *name)
+{
+    (void)user;
+    if (unlinkat(at_fd, name, 0))
+        (void)unlinkat(at_fd, name, AT_REMOVEDIR);
+}
+
+void lum_dir_remove_tree(int at_fd, const char *name)
+{
+    walk(at_fd, name, 0, remove_one, NULL);
+}

@@ -51,6 +51,10 @@ LUM_MUST_USE enum lum_status lum_dir_sync_file(const struct lum_dir *dir, const 
 LUM_MUST_USE enum lum_status lum_dir_rename(const struct lum_dir *dir, const char *from, const char *to,
                                             struct lum_error *err);
 void lum_dir_remove(const struct lum_dir *dir, const char *name); /* as far as it can be */
+/* Calls fn for what lies in a folder, in whatever depth, and last for it; folders after what they hold. A file: for it.
+ * Links are not followed. */
+void lum_dir_walk(int at_fd, const char *name, void (*fn)(void *user, int at_fd, const char *name), void *user);
+void lum_dir_remove_tree(int at_fd, const char *name); /* as far as it can be */
 
 /* Calls fn for each name in the folder, as they come. */
 LUM_MUST_USE enum lum_status lum_dir_each(const struct lum_dir *dir, void (*fn)(void *user, const char *name),

@@ -29,29 +29,6 @@ bool lum_upload_name_is(const char *name)
 
 /* ---- folders ---- */
 
-/* Of what lies in there, in whatever depth, once with fn; folders after what they hold. */
-static void walk(int at_fd, const char *name, unsigned depth, void (*fn)(void *user, int at_fd, const char *name),
-                 void *user)
-{
-    int fd = depth < LUM_LIMIT_UPLOAD_NAME_BYTES ? openat(at_fd, name, DIR_FLAGS) : -1;
-    DIR *list = fd < 0 ? NULL : fdopendir(fd);
-    if (fd >= 0 && !list)
-        close(fd);
-    for (struct dirent *e = list ? readdir(list) : NULL; e; e = readdir(list))
-        if (strcmp(e->d_name, ".") != 0 && strcmp(e->d_name, "..") != 0)
-            walk(dirfd(list), e->d_name, depth + 1, fn, user);
-    if (list)
-        closedir(list);
-    fn(user, at_fd, name);
-}
-
-static void remove_one(void *user, int at_fd, const char *name)
-{
-    (void)user;
-    if (unlinkat(at_fd, name, 0))
-        (void)unlinkat(at_fd, name, AT_REMOVEDIR);
-}
-
 static void add_one(void *user, int at_fd, const char *name)
 {
     struct stat st;
@@ -64,9 +41,9 @@ static void look_at(void *user, const char *name)
 {
     struct lum_upload_store *store = user;
     if (strncmp(name, PART, sizeof PART - 1) == 0)
-        walk(store->dir.fd, name, 0, remove_one, NULL);
+        lum_dir_remove_tree(store->dir.fd, name);
     else
-        walk(store->dir.fd, name, 0, add_one, &store->n_bytes);
+        lum_dir_walk(store->dir.fd, name, add_one, &store->n_bytes);
 }
 
 enum lum_status lum_upload_store_open(const char *root, const struct lum_disk *disk, struct lum_upload_store *ret_store,
@@ -120,7 +97,7 @@ static void remove_left(const char *tmp)
         int fd = strncmp(e->d_name, ROOT, sizeof ROOT - 1) == 0 ? hold(dirfd(list), e->d_name) : -1;
         if (fd < 0)
             continue;
-        walk(dirfd(list), e->d_name, 0, remove_one, NULL);
+        lum_dir_remove_tree(dirfd(list), e->d_name);
         close(fd);
     }
     if (list)
@@ -148,7 +125,7 @@ enum lum_status lum_upload_root_make(struct lum_upload_root *ret_root, struct lu
 
 void lum_upload_root_remove(struct lum_upload_root *root)
 {
-    walk(AT_FDCWD, root->path, 0, remove_one, NULL);
+    lum_dir_remove_tree(AT_FDCWD, root->path);
     close(root->fd);
 }
 
@@ -307,7 +284,7 @@ void lum_upload_writer_destroy(struct lum_upload_writer *w)
         close(w->fd);
     lum_dir_close(&w->dir);
     lum_dir_close(&w->part);
-    walk(w->store->dir.fd, w->part_name, 0, remove_one, NULL); /* it is not there any more if all went well */
+    lum_dir_remove_tree(w->store->dir.fd, w->part_name); /* it is not there any more if all went well */
     EVP_MD_CTX_free(w->sha);
     lum_free(w);
 }

@@ -30,6 +30,24 @@ static struct cJSON *limits_object(void)
     return object;
 }
 
+/* null: the one scene, or none. */
+static struct cJSON *project_object(const struct lum_project *p)
+{
+    const struct lum_project_info *info = p ? lum_project_info(p) : NULL;
+    if (!info || !info->id[0])
+        return cJSON_CreateNull();
+    struct cJSON *object = cJSON_CreateObject();
+    if (lum_json_add_string(object, "id", info->id) && lum_json_add_string(object, "name", info->name))
+        return object;
+    cJSON_Delete(object);
+    return NULL;
+}
+
+static struct cJSON *scene_rev(const struct lum_project *p)
+{
+    return cJSON_CreateNumber((double)lum_director_scene_rev(lum_project_director(p)));
+}
+
 struct cJSON *lum_hello_result(const struct lum_sessions_config *config, const struct lum_hello_answer *a)
 {
     struct cJSON *result = cJSON_CreateObject();
@@ -39,10 +57,12 @@ struct cJSON *lum_hello_result(const struct lum_sessions_config *config, const s
               (a->missed < 0 ? lum_json_add(result, "missed", cJSON_CreateNull())
                              : lum_json_add_number(result, "missed", a->missed)) &&
               lum_json_add_bool(result, "imports", config->imports) &&
-              lum_json_add_bool(result, "uploads", config->uploads != NULL) &&
+              lum_json_add_bool(result, "uploads", a->project && lum_project_uploads(a->project)) &&
+              lum_json_add_bool(result, "projects", lum_projects_are_many(config->projects)) &&
+              lum_json_add(result, "project", project_object(a->project)) &&
               lum_json_add_string(result, "saved", config->saved ? config->saved : "no") &&
               lum_json_add(result, "limits", limits_object()) &&
-              lum_json_add_number(result, "scene_rev", (double)lum_director_scene_rev(config->director)) &&
+              lum_json_add(result, "scene_rev", a->project ? scene_rev(a->project) : cJSON_CreateNull()) &&
               lum_json_add_number(result, "protocol", 1);
     if (ok)
         return result;
@@ -59,6 +79,7 @@ bool lum_hello_read(const struct lum_rpc *rpc, struct lum_hello *ret_hello, stru
     lum_json_string(&r, "client", hello.client, sizeof hello.client);
     lum_json_id(&r, "resume", hello.resume);
     lum_json_string(&r, "key", hello.key, sizeof hello.key);
+    lum_json_string(&r, "project", hello.project, sizeof hello.project);
     hello.has_scene_rev = lum_json_u64(&r, "scene_rev", &hello.scene_rev);
     *ret_hello = hello;
     return lum_json_end(&r);

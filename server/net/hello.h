@@ -5,8 +5,10 @@
 #include "protocol/message/rpc.h"
 #include "protocol/record/record.h"
 #include "server/net/auth.h"
+#include "server/project/store.h"
 
 struct cJSON;
+struct lum_project;
 struct lum_sessions_config;
 
 struct lum_hello {
@@ -14,12 +16,14 @@ struct lum_hello {
     char client[LUM_LIMIT_ID_BYTES + 1]; /* how it calls itself */
     lum_id resume;                       /* a name from before, which who was cut off may take again; "": none */
     char key[LUM_LIMIT_ID_BYTES + 1];    /* of that session */
+    lum_project_id project;              /* whose scene it wants; "": the one, or none */
     bool has_scene_rev;
     uint64_t scene_rev; /* the newest that the client knows */
 };
 
 LUM_MUST_USE bool lum_hello_read(const struct lum_rpc *rpc, struct lum_hello *ret_hello, struct lum_proto_error *err);
 struct lum_hello_answer {
+    const struct lum_project *project; /* NULL: none */
     const char *user;
     enum lum_role role;
     const char *key;

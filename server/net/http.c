@@ -8,10 +8,9 @@
 
 #include "protocol/json/json.h"
 #include "server/base/embed.h"
-#include "server/director/director.h"
 #include "server/net/auth.h"
 #include "server/net/metrics.h"
-#include "server/net/uploads.h"
+#include "server/net/projects.h"
 
 const char *const lum_http_headers[][2] = {
     /* The client's own scripts and styles only. Pictures are decoded from blobs, the stream is a WebSocket of this
@@ -129,9 +128,9 @@ static void get_metrics(const struct lum_http_site *site, struct lum_http_respon
 {
     char *text = NULL;
     size_t n = 0;
-    FILE *out = site->director ? open_memstream(&text, &n) : NULL;
+    FILE *out = site->projects ? open_memstream(&text, &n) : NULL;
     if (out)
-        lum_metrics_print(out, site->counters, site->director, site->started_ns);
+        lum_metrics_print(out, site->counters, site->projects, site->started_ns);
     if (!out || fclose(out)) {
         free(text);
         lum_http_error(503, r);
@@ -150,16 +149,16 @@ static const char *unready(const struct lum_http_site *site)
 {
     if (site->draining)
         return "shutting down\n";
-    if (!site->director)
+    if (!site->projects)
         return "loading the scene\n";
-    return lum_director_alive(site->director) ? NULL : "the renderer does not answer\n";
+    return lum_projects_alive(site->projects) ? NULL : "the renderer does not answer\n";
 }
 
 void lum_http_get(const struct lum_http_site *site, const char *path, const char *authorization,
                   struct lum_http_response *ret_response)
 {
     const char *why = unready(site);
-    bool alive = !site->director || lum_director_alive(site->director); /* no need to start it anew */
+    bool alive = !site->projects || lum_projects_alive(site->projects); /* no need to start it anew */
     if (strcmp(path, "/healthz") == 0)
         set_text(ret_response, alive ? 200 : 503, alive ? "ok\n" : why);
     else if (strcmp(path, "/readyz") == 0)
@@ -178,8 +177,14 @@ struct lum_upload *lum_http_put(const struct lum_http_site *site, const char *pa
     static const char folder[] = "/" LUM_UPLOAD_FOLDER "/";
     int status = 405;
     struct lum_upload *u = NULL;
-    if (site->uploads && !site->draining && strncmp(path, folder, sizeof folder - 1) == 0)
-        u = lum_uploads_begin(site->uploads, path + sizeof folder - 1, n_bytes, connection, &status);
+    bool here = site->projects && !site->draining && strncmp(path, folder, sizeof folder - 1) == 0;
+    for (unsigned i = 0; here && i < LUM_LIMIT_PROJECTS_OPEN && !u; i++) { /* a ticket is of one of them */
+        const struct lum_project *p = lum_projects_at(site->projects, i);
+        struct lum_uploads *uploads = p ? lum_project_uploads(p) : NULL;
+        if (uploads)
+            u = lum_uploads_begin(uploads, path + sizeof folder - 1, n_bytes, connection, &status);
+        here = u || !uploads || status == 404;
+    }
     if (!u)
         lum_http_error(status, ret_response);
     return u;

@@ -9,16 +9,14 @@
 
 struct cJSON;
 struct lum_auth;
-struct lum_director;
+struct lum_projects;
 struct lum_net_counters;
 struct lum_upload;
-struct lum_uploads;
 
 struct lum_http_site {
-    const struct lum_director *director; /* NULL: the scene is being loaded */
+    struct lum_projects *projects; /* NULL: the scene is being loaded */
     const struct lum_net_counters *counters;
     const struct lum_auth *auth; /* who may read /metrics */
-    struct lum_uploads *uploads; /* NULL: nobody may send files */
     int64_t started_ns;
     bool draining;
 };

@@ -1,7 +1,7 @@
 #include "server/net/metrics.h"
 
 #include "core/base/base.h"
-#include "server/director/director.h"
+#include "server/net/projects.h"
 
 struct metric {
     const char *name, *type, *help;
@@ -15,12 +15,11 @@ static void print_metrics(FILE *out, const struct metric *metrics, size_t n)
                 metrics[i].name, metrics[i].type, metrics[i].name, metrics[i].value);
 }
 
-static void print_director_metrics(FILE *out, const struct lum_director *director)
+/* Of all scenes together: gauges of those that are open, counters of those that were, too. */
+static void print_director_metrics(FILE *out, const struct lum_director_metrics *sum)
 {
-    struct lum_director_metrics m;
-    lum_director_metrics(director, &m);
+    const struct lum_director_metrics m = *sum;
     const struct metric metrics[] = {
-        {"scene_rev", "gauge", "Revision of the scene", (double)lum_director_scene_rev(director)},
         {"views", "gauge", "Open views", (double)m.views},
         {"triangles", "gauge", "Triangles in the scene, instances counted", (double)m.triangles},
         {"lights", "gauge", "Lights in the scene", (double)m.lights},
@@ -36,8 +35,6 @@ static void print_director_metrics(FILE *out, const struct lum_director *directo
         {"imports_failed_total", "counter", "Imports failed", (double)m.imports_failed},
         {"nonfinite_total", "counter", "Radiance values that were not finite: 0 unless there is a bug",
          (double)m.nonfinite},
-        {"saved_rev", "gauge", "Revision up to which the scene is on disk; 0 without --state",
-         (double)m.journal.saved_rev},
         {"state_read_only", "gauge", "1 while edits are refused because they cannot be saved",
          (double)m.journal.read_only},
         {"state_edits_total", "counter", "Edits that the journal was given", (double)m.journal.n_entries},
@@ -46,6 +43,37 @@ static void print_director_metrics(FILE *out, const struct lum_director *directo
         {"state_failures_total", "counter", "Writes that failed", (double)m.journal.n_failures},
     };
     print_metrics(out, metrics, LUM_ARRAY_LEN(metrics));
+}
+
+static void print_one_scene(FILE *out, const struct lum_projects *projects, const struct lum_projects_metrics *m)
+{
+    const struct lum_project *p = lum_projects_at(projects, 0);
+    const struct metric metrics[] = {
+        {"scene_rev", "gauge", "Revision of the scene", (double)lum_director_scene_rev(lum_project_director(p))},
+        {"saved_rev", "gauge", "Revision up to which the scene is on disk; 0 without --state",
+         (double)m->sum.journal.saved_rev},
+    };
+    print_metrics(out, metrics, LUM_ARRAY_LEN(metrics));
+}
+
+static void print_projects(FILE *out, const struct lum_projects *projects, const struct lum_projects_metrics *m)
+{
+    const struct metric metrics[] = {
+        {"projects", "gauge", "Projects, those in the trash, too", (double)lum_projects_count(projects)},
+        {"projects_open", "gauge", "Open projects", (double)m->n_open},
+        {"projects_opened_total", "counter", "Times a project was opened", (double)m->opened},
+        {"projects_closed_total", "counter", "Times a project was closed", (double)m->closed},
+        {"projects_refused_total", "counter", "Times a project was not opened: too many, or no memory",
+         (double)m->refused},
+    };
+    print_metrics(out, metrics, LUM_ARRAY_LEN(metrics));
+    fprintf(out, "# HELP lumend_project_scene_rev Revision of its scene\n# TYPE lumend_project_scene_rev gauge\n");
+    for (unsigned i = 0; i < LUM_LIMIT_PROJECTS_OPEN; i++) {
+        const struct lum_project *p = lum_projects_at(projects, i);
+        if (p)
+            fprintf(out, "lumend_project_scene_rev{project=\"%s\"} %llu\n", lum_project_info(p)->id,
+                    (unsigned long long)lum_director_scene_rev(lum_project_director(p)));
+    }
 }
 
 static void print_net_metrics(FILE *out, const struct lum_net_counters *c, int64_t started_ns)
@@ -75,9 +103,12 @@ static void print_net_metrics(FILE *out, const struct lum_net_counters *c, int64
             LUMEND_VERSION);
 }
 
-void lum_metrics_print(FILE *out, const struct lum_net_counters *counters, const struct lum_director *director,
+void lum_metrics_print(FILE *out, const struct lum_net_counters *counters, const struct lum_projects *projects,
                        int64_t started_ns)
 {
+    struct lum_projects_metrics m;
+    lum_projects_metrics(projects, &m);
     print_net_metrics(out, counters, started_ns);
-    print_director_metrics(out, director);
+    print_director_metrics(out, &m.sum);
+    (lum_projects_are_many(projects) ? print_projects : print_one_scene)(out, projects, &m);
 }

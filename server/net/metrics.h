@@ -5,7 +5,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-struct lum_director;
+struct lum_projects;
 
 /* Thread: the net thread, for everything. */
 struct lum_net_counters {
@@ -15,7 +15,7 @@ struct lum_net_counters {
 };
 
 /* started_ns: lum_clock_ns at the start of the daemon. */
-void lum_metrics_print(FILE *out, const struct lum_net_counters *counters, const struct lum_director *director,
+void lum_metrics_print(FILE *out, const struct lum_net_counters *counters, const struct lum_projects *projects,
                        int64_t started_ns);
 
 #endif

@@ -25,12 +25,15 @@
 #include <sys/socket.h>
 #include <time.h>
 
+#include "server/base/service.h"
 #include "server/net/net_internal.h"
+#include "server/net/projects.h"
 
 #define PROTOCOL "lumend.v1"
 #define RX_BYTES (16u << 10)              /* read at once: most messages whole; each connection has such a buffer */
 #define UNSENT_BYTES (128 << 10)          /* TCP_NOTSENT_LOWAT: frames wait here, and not in the kernel */
 #define READ_LATER_US 20000               /* at least so long, so that a flood does not mean a timer for every read */
+#define TURN_NS 1000000000ll              /* of projects: what waits for one waits seconds anyway */
 #define HEADER_POOL LUM_LIMIT_CONNECTIONS /* all may be in their HTTP phase at once: none waits for another */
 #define CLOSE_GRACE_S 5                   /* a peer that does not take the close frame is cut off */
 
@@ -401,16 +404,30 @@ bool lum_net_wait(struct lum_net *net, const _Atomic bool *until, bool *ret_fail
     return atomic_load(until);
 }
 
-void lum_net_run(struct lum_net *net, struct lum_sessions *sessions, struct lum_uploads *uploads,
-                 const struct lum_director *director)
+/* Where there are projects: some wait for time, or for one another. */
+static void turn(lws_sorted_usec_list_t *sul)
+{
+    struct lum_net *net = lws_container_of(sul, struct lum_net, turn_later);
+    int64_t alive_ns = net->config.service->alive_ns, period_ns = TURN_NS;
+    look_around(net);
+    if (alive_ns && lum_projects_take_alive(net->site.projects))
+        lum_service_tell_alive(net->config.service);
+    if (alive_ns && alive_ns < period_ns)
+        period_ns = alive_ns;
+    lws_sul_schedule(net->context, 0, &net->turn_later, turn, period_ns / 1000);
+}
+
+void lum_net_run(struct lum_net *net, struct lum_sessions *sessions, struct lum_projects *projects)
 {
     net->sessions = sessions;
-    net->site.uploads = uploads;
-    net->site.director = director;
+    net->site.projects = projects;
     look_around(net);
+    if (lum_projects_are_many(projects))
+        turn(&net->turn_later);
     while (!net->site.draining || net->counters.sessions_open)
         if (lws_service(net->context, 0) < 0)
             break;
+    lws_sul_cancel(&net->turn_later);
     lum_net_http_drop(net);
     net->sessions = NULL;
 }

@@ -12,11 +12,14 @@
 #include "server/net/session.h"
 
 struct lum_net;
+struct lum_service;
 
 struct lum_net_config {
     struct lum_address address;
     struct lum_access access;
     struct lum_auth *auth; /* outlives the net, whose thread takes what lum_auth_offer gave */
+    /* Where there are projects: told that this thread and all directors turn. Outlives the net. */
+    const struct lum_service *service;
     struct lum_log log;
 };
 
@@ -31,9 +34,8 @@ struct lum_net_counters *lum_net_counters(struct lum_net *net); /* net thread */
  * *until is set. False: lum_net_stop came first, or (*ret_failed) the network broke. */
 bool lum_net_wait(struct lum_net *net, const _Atomic bool *until, bool *ret_failed);
 /* Serves until lum_net_stop; then opens no session any more, tells the clients, closes them, and returns when all are
- * gone (after at most a few seconds). sessions, uploads (NULL: nobody may send files) and director outlive the call. */
-void lum_net_run(struct lum_net *net, struct lum_sessions *sessions, struct lum_uploads *uploads,
-                 const struct lum_director *director);
+ * gone (after at most a few seconds). sessions and projects outlive the call. */
+void lum_net_run(struct lum_net *net, struct lum_sessions *sessions, struct lum_projects *projects);
 
 void lum_net_wake(void *net);           /* thread: any. The director or a stream has something new */
 void lum_net_stop(struct lum_net *net); /* thread: any */

@@ -203,26 +203,39 @@ int lum_net_http_body_end(struct conn *c)
     return 0;
 }
 
+static void look_at(struct lum_upload *u)
+{
+    const struct conn *c = lum_upload_connection(u);
+    if (lum_upload_may_go_on(u))
+        lws_rx_flow_control(c->wsi, 1);
+    if (lum_upload_is_done(u))
+        lws_callback_on_writable(c->wsi);
+}
+
+static void drop(struct lum_upload *u)
+{
+    lum_net_http_finish(lum_upload_connection(u));
+}
+
+static void each_upload(struct lum_net *net, void (*fn)(struct lum_upload *u))
+{
+    for (unsigned k = 0; k < LUM_LIMIT_PROJECTS_OPEN; k++) {
+        const struct lum_project *p = lum_projects_at(net->site.projects, k);
+        for (unsigned i = 0; p && i < LUM_LIMIT_UPLOADS_AT_ONCE; i++) {
+            struct lum_upload *u = lum_uploads_at(lum_project_uploads(p), i);
+            if (u)
+                fn(u);
+        }
+    }
+}
+
 void lum_net_http_look(struct lum_net *net)
 {
-    for (unsigned i = 0; i < LUM_LIMIT_UPLOADS_AT_ONCE; i++) {
-        struct lum_upload *u = lum_uploads_at(net->site.uploads, i);
-        if (!u)
-            continue;
-        const struct conn *c = lum_upload_connection(u);
-        if (lum_upload_may_go_on(u))
-            lws_rx_flow_control(c->wsi, 1);
-        if (lum_upload_is_done(u))
-            lws_callback_on_writable(c->wsi);
-    }
+    each_upload(net, look_at);
 }
 
 void lum_net_http_drop(struct lum_net *net)
 {
-    for (unsigned i = 0; i < LUM_LIMIT_UPLOADS_AT_ONCE; i++) {
-        struct lum_upload *u = lum_uploads_at(net->site.uploads, i);
-        if (u)
-            lum_net_http_finish(lum_upload_connection(u));
-    }
-    net->site.uploads = NULL;
+    each_upload(net, drop);
+    net->site.projects = NULL;
 }

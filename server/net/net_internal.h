@@ -40,6 +40,7 @@ struct lum_net {
     /* net thread */
     struct lum_sessions *sessions;
     struct lum_http_site site;
+    lws_sorted_usec_list_t turn_later;
     struct lum_net_counters counters;
     struct conn *conns[LUM_LIMIT_CONNECTIONS]; /* by session slot */
     struct lum_peers peers;

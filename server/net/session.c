@@ -27,17 +27,22 @@ enum lum_status lum_sessions_create(const struct lum_sessions_config *config, st
         t->slots[i].table = t;
         t->slots[i].ref.slot = i;
     }
-    t->changes.before = lum_director_scene_rev(config->director);
     *ret_sessions = t;
     return LUM_OK;
 }
 
+static void leave_project(struct lum_session *s)
+{
+    lum_project_leave(s->project, lum_clock_ns());
+    s->project = NULL;
+}
+
 void lum_sessions_destroy(struct lum_sessions *sessions)
 {
-    for (uint32_t i = 0; sessions && i < LUM_LIMIT_CONNECTIONS; i++)
+    for (uint32_t i = 0; sessions && i < LUM_LIMIT_CONNECTIONS; i++) {
         lum_session_close(&sessions->slots[i]);
-    if (sessions)
-        lum_sessions_drop_changes(sessions);
+        leave_project(&sessions->slots[i]);
+    }
     lum_free(sessions);
 }
 
@@ -110,10 +115,17 @@ bool lum_session_post(struct lum_session *s, const struct lum_request_type *type
         return false;
     q->session = s->ref;
     strcpy(q->user, s->user);
-    if (lum_director_post(s->table->config.director, q))
+    if (lum_director_post(lum_project_director(s->project), q))
         return true;
     lum_request_destroy(q);
     return false;
+}
+
+static void say_farewell(struct lum_session *s)
+{
+    s->leaving = !lum_session_post(s, s->farewell);
+    if (!s->leaving)
+        leave_project(s);
 }
 
 void lum_session_close(struct lum_session *s)
@@ -127,19 +139,23 @@ void lum_session_close(struct lum_session *s)
     for (uint32_t i = 0; i < s->n_streams; i++)
         lum_stream_unref(s->streams[i]);
     s->n_streams = 0;
+    lum_session_stop_waiting(s);
     if (!s->greeted)
         return;
-    lum_uploads_drop(s->table->config.uploads, s->ref);
     s->table->n_greeted--;
+    if (s->project)
+        lum_uploads_drop(lum_project_uploads(s->project), s->ref);
     lum_log(&s->table->config.log, s->table->config.audit ? LUM_LOG_AUDIT : LUM_LOG_INFO, "session", "%s left",
             s->user);
-    if (s->table->draining)
+    if (s->table->draining || !s->project) {
+        leave_project(s);
         return; /* who is cut off because the server stops may come back, and finds her undo again */
+    }
     bool for_good = !s->superseded && (s->done || lum_close_is_for_good(s->close));
     s->farewell = for_good ? &lum_request_session_closed : &lum_request_session_lost;
     if (!for_good && !s->superseded)
         lum_session_park(s, lum_clock_ns());
-    s->leaving = !lum_session_post(s, s->farewell);
+    say_farewell(s);
 }
 
 void lum_session_leave(struct lum_session *s)
@@ -154,7 +170,7 @@ uint32_t lum_session_slot(const struct lum_session *s)
 
 bool lum_session_greeted(const struct lum_session *s)
 {
-    return s->greeted;
+    return s->greeted || s->waiting;
 }
 
 size_t lum_session_max_bytes(const struct lum_session *s)
@@ -251,10 +267,22 @@ static void receive_ack(struct lum_session *s, const struct lum_rpc *rpc, int64_
         lum_session_say(s, lum_rpc_result(rpc->id, cJSON_CreateObject()));
 }
 
+static bool has_scene(const struct lum_session *s, struct lum_proto_error *err)
+{
+    return s->project || lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "method",
+                                        "this session is in no project: session.hello says in which");
+}
+
 static void receive_request(struct lum_session *s, struct lum_rpc *rpc, int64_t now_ns, size_t n_bytes)
 {
     struct lum_proto_error err;
     struct lum_request *q = lum_request_read(rpc, s->person.role, &err);
+    if (q && !has_scene(s, &err)) {
+        rpc->id = q->rpc_id;
+        q->rpc_id = NULL;
+        lum_request_destroy(q);
+        q = NULL;
+    }
     if (!q) {
         lum_session_refuse(s, rpc->id, &err);
         return;
@@ -266,7 +294,7 @@ static void receive_request(struct lum_session *s, struct lum_rpc *rpc, int64_t 
         q->ops_json =
             cJSON_DetachItemFromObjectCaseSensitive(cJSON_GetObjectItemCaseSensitive(rpc->root, "params"), "ops");
     strcpy(q->user, s->user);
-    if (lum_director_post(s->table->config.director, q))
+    if (lum_director_post(lum_project_director(s->project), q))
         return;
     lum_proto_fail(&err, LUM_PROTO_APPLICATION, "busy", "", "too many requests wait; try again");
     lum_session_refuse(s, q->rpc_id, &err);
@@ -277,6 +305,10 @@ static bool admit(struct lum_session *s, const struct lum_rpc *rpc, int64_t now_
 {
     if (!charge_message(s, now_ns, err))
         return false;
+    if (s->waiting)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "busy", "method",
+                              "the project is being opened: hello is not "
+                              "answered yet");
     if (!s->greeted && strcmp(rpc->method, "session.hello") != 0)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_authorised", "method", "session.hello comes first");
     return true;
@@ -374,22 +406,24 @@ void lum_sessions_review(struct lum_sessions *sessions, int64_t now_s)
     }
 }
 
-static void broadcast(struct lum_sessions *sessions, struct lum_out *out)
+static void broadcast(struct lum_sessions *sessions, struct lum_project *p, struct lum_out *out)
 {
     struct lum_text *t = lum_text_create(out->text);
     out->text = NULL;
     if (out->scene_rev)
-        lum_sessions_keep_change(sessions, out->scene_rev, t);
-    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
-        if (sessions->slots[i].open && sessions->slots[i].greeted && !outstayed(&sessions->slots[i]))
-            lum_session_queue_text(&sessions->slots[i], t);
+        lum_project_note_change(p, out->scene_rev, t);
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++) {
+        struct lum_session *s = &sessions->slots[i];
+        if (s->open && s->greeted && s->project == p && !outstayed(s))
+            lum_session_queue_text(s, t);
+    }
     lum_text_unref(t);
 }
 
-static void deliver(struct lum_sessions *sessions, struct lum_out *out)
+static void deliver(struct lum_sessions *sessions, struct lum_project *p, struct lum_out *out)
 {
     if (out->kind == LUM_OUT_BROADCAST) {
-        broadcast(sessions, out);
+        broadcast(sessions, p, out);
         return;
     }
     struct lum_session *s = find_session(sessions, out->session);
@@ -405,19 +439,34 @@ static void deliver(struct lum_sessions *sessions, struct lum_out *out)
     }
 }
 
-void lum_sessions_deliver(struct lum_sessions *sessions)
+static void deliver_all(struct lum_sessions *sessions, struct lum_project *p)
 {
-    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
-        if (sessions->slots[i].leaving)
-            sessions->slots[i].leaving = !lum_session_post(&sessions->slots[i], sessions->slots[i].farewell);
-    lum_sessions_forget_parked(sessions, lum_clock_ns());
-    struct lum_out *out = lum_director_take_outbox(sessions->config.director);
+    struct lum_out *out = lum_director_take_outbox(lum_project_director(p));
     while (out) {
         struct lum_out *next = out->next;
-        deliver(sessions, out);
+        deliver(sessions, p, out);
         lum_out_destroy(out);
         out = next;
     }
+}
+
+void lum_sessions_deliver(struct lum_sessions *sessions)
+{
+    int64_t now_ns = lum_clock_ns();
+    lum_projects_turn(sessions->config.projects, now_ns);
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
+        if (sessions->slots[i].leaving)
+            say_farewell(&sessions->slots[i]);
+    lum_sessions_forget_parked(sessions, now_ns);
+    for (unsigned i = 0; i < LUM_LIMIT_PROJECTS_OPEN; i++) {
+        struct lum_project *p = lum_projects_at(sessions->config.projects, i);
+        if (p)
+            deliver_all(sessions, p);
+    }
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
+        if (sessions->slots[i].waiting)
+            lum_session_go_on_waiting(&sessions->slots[i], now_ns);
+    lum_sessions_answer_orders(sessions);
 }
 
 void lum_sessions_begin_drain(struct lum_sessions *sessions)

@@ -1,39 +1,38 @@
 /* Sessions: what a connected client may say and what waits to be sent to it. Knows messages, no socket: the network
  * layer feeds it whole text messages and asks it what to send next, so a test or a fuzzer can do the same.
  *
- * Life of a session: open; session.hello with the token, within LUM_LIMIT_HELLO_S; then requests. A request goes to
- * the director, whose answer comes back through its outbox; nothing here blocks. Outgoing text is one queue in
- * the order of events, bounded by LUM_LIMIT_CONTROL_QUEUE_BYTES, and goes before tiles; tiles are state (stream.h).
+ * Life of a session: open; session.hello with the token, within LUM_LIMIT_HELLO_S; then requests. Where there are
+ * projects hello says which, and is answered when that one is open; a session of none can ask for the list of them. A
+ * request goes to the project's director, whose answer comes back through its outbox; nothing here blocks. Outgoing
+ * text is one queue in the order of events, bounded by LUM_LIMIT_CONTROL_QUEUE_BYTES, and goes before tiles; tiles are
+ * state (stream.h).
  *
  * Thread: the net thread, for everything. */
 #ifndef LUM_SERVER_NET_SESSION_H
 #define LUM_SERVER_NET_SESSION_H
 
-#include "server/director/director.h"
 #include "server/net/auth.h"
 #include "server/net/message.h"
+#include "server/net/projects.h"
 
 struct lum_net_counters;
 struct lum_session;
-struct lum_uploads;
 struct lum_sessions; /* the table of all */
 
 struct lum_sessions_config {
-    struct lum_director *director;
+    struct lum_projects *projects;
     const struct lum_auth *auth;
     struct lum_net_counters *counters;
-    bool imports;                /* there is a folder of assets */
-    struct lum_uploads *uploads; /* NULL: nobody may send files */
-    const char *saved;           /* when an edit is on disk: "commit", "interval"; NULL: never */
-    bool audit;                  /* who comes and goes is logged whatever the level of the log, and its rate */
-    uint64_t starts;             /* of daemons with the state: names of users are not given again; 0: nothing is kept */
+    bool imports;      /* there is a folder of assets */
+    const char *saved; /* when an edit is on disk: "commit", "interval"; NULL: never */
+    bool audit;        /* who comes and goes is logged whatever the level of the log, and its rate */
     struct lum_log log;
 };
 LUM_MUST_USE enum lum_status lum_sessions_create(const struct lum_sessions_config *config,
                                                  struct lum_sessions **ret_sessions, struct lum_error *err);
 void lum_sessions_destroy(struct lum_sessions *sessions); /* accepts NULL */
 
-/* Hands the director's outbox to the sessions it is for. */
+/* Hands the outboxes of directors to the sessions they are for, and lets in who waits for a project. */
 void lum_sessions_deliver(struct lum_sessions *sessions);
 /* Tells every session that the server stops; each closes with LUM_CLOSE_RESTART once its text is out. */
 void lum_sessions_begin_drain(struct lum_sessions *sessions);
@@ -52,7 +51,7 @@ struct lum_session *lum_session_open(struct lum_sessions *sessions, const char *
 void lum_session_close(struct lum_session *s);
 void lum_session_leave(struct lum_session *s); /* it says that it will not: when its connection is gone, all is */
 uint32_t lum_session_slot(const struct lum_session *s); /* 0 .. LUM_LIMIT_CONNECTIONS - 1 */
-bool lum_session_greeted(const struct lum_session *s);
+bool lum_session_greeted(const struct lum_session *s);  /* it has shown its token: hello was said */
 /* The longest message accepted now: small before hello, LUM_LIMIT_MESSAGE_BYTES after. */
 size_t lum_session_max_bytes(const struct lum_session *s);
 

@@ -1,15 +1,17 @@
 /* What the files of sessions share: session.c (life, and what comes in and goes out), session_hello.c (who it is),
- * session_resume.c (who comes back), session_admin.c (who is here) and session_upload.c (who sends files). Everything
- * belongs to the net thread. */
+ * session_resume.c (who comes back), session_admin.c (who is here), session_project.c (projects) and session_upload.c
+ * (who sends files). Everything belongs to the net thread. */
 #ifndef LUM_SERVER_NET_SESSION_INTERNAL_H
 #define LUM_SERVER_NET_SESSION_INTERNAL_H
 
 #include <netinet/in.h>
 
 #include "server/net/bucket.h"
+#include "server/net/changes.h"
 #include "server/net/session.h"
 #include "server/net/text_queue.h"
 
+struct lum_hello;
 struct lum_rpc;
 
 #define LUM_RESUME_KEY_BYTES 32 /* characters of 6 random bits: not to be guessed */
@@ -18,6 +20,9 @@ struct lum_session {
     struct lum_sessions *table; /* immutable */
     struct lum_session_ref ref; /* generation changes with each use of the slot */
     bool open, greeted, close_after_text;
+    struct lum_project *project; /* whose scene it sees, until the director knows that it left; NULL: none */
+    struct lum_hello *waiting;   /* what it said: its project is not open yet. NULL: it does not wait */
+    char *waiting_id;            /* of that request; NULL: it wants no reply */
     bool leaving; /* closed, but the director's inbox was full: it has not been told yet, and the slot is not free */
     const struct lum_request_type *farewell; /* what it is told */
     bool done;                               /* the client will not come back */
@@ -38,23 +43,14 @@ struct lum_session {
     struct lum_encoded_tile *sending_tile;
 };
 
-/* One who was cut off, and may come back. */
+/* One who was cut off, and may come back, while the project is open: later she comes as after a start. */
 struct lum_parked {
+    const struct lum_project *project;
+    uint64_t opening;                  /* of it */
     char user[LUM_LIMIT_ID_BYTES + 1]; /* "": the place is free */
     char key[LUM_RESUME_KEY_BYTES + 1];
     struct lum_person person;
     int64_t until_ns;
-};
-
-/* The newest changes of the scene, as they were told. */
-struct lum_changes_kept {
-    struct {
-        uint64_t scene_rev;
-        struct lum_text *text;
-    } ring[LUM_LIMIT_CHANGES_KEPT];
-    uint32_t first, n;
-    size_t n_bytes;
-    uint64_t before; /* the revision before the oldest */
 };
 
 struct lum_sessions {
@@ -65,7 +61,6 @@ struct lum_sessions {
     int64_t refusal_told_ns; /* when the log last heard of a wrong token; 0: never */
     uint32_t n_untold;       /* wrong tokens since then */
     struct lum_parked parked[LUM_LIMIT_PARKED];
-    struct lum_changes_kept changes;
     struct lum_session slots[LUM_LIMIT_CONNECTIONS];
 };
 
@@ -80,7 +75,10 @@ void lum_session_queue_text(struct lum_session *s, struct lum_text *t);
 bool lum_session_post(struct lum_session *s, const struct lum_request_type *type);
 
 /* ---- session_hello.c ---- */
-void lum_session_receive_hello(struct lum_session *s, const struct lum_rpc *rpc, int64_t now_ns);
+void lum_session_receive_hello(struct lum_session *s, struct lum_rpc *rpc, int64_t now_ns);
+/* Is its project open now? */
+void lum_session_go_on_waiting(struct lum_session *s, int64_t now_ns);
+void lum_session_stop_waiting(struct lum_session *s);
 
 /* ---- session_resume.c ---- */
 /* The new session s, whose person is known, goes on with the one of that name, open or cut off, if the key is its own:
@@ -95,17 +93,21 @@ bool lum_sessions_have_parked(const struct lum_sessions *t, const char *user);
 void lum_session_park(struct lum_session *s, int64_t now_ns);
 /* Forgets those who did not come back. */
 void lum_sessions_forget_parked(struct lum_sessions *t, int64_t now_ns);
-/* text: NULL where memory was short. */
-void lum_sessions_keep_change(struct lum_sessions *t, uint64_t scene_rev, struct lum_text *text);
-/* How many changes there were after this revision; -1: that is not known any more. */
-int lum_sessions_missed(const struct lum_sessions *t, uint64_t scene_rev);
-/* Says the last n of them. */
+/* Says the last n changes of its scene. */
 void lum_session_say_missed(struct lum_session *s, int n);
-void lum_sessions_drop_changes(struct lum_sessions *t);
 
 /* ---- session_admin.c ---- */
 /* Answers what needs no director. False: the message is something else. */
-bool lum_session_administer(struct lum_session *s, const struct lum_rpc *rpc);
+bool lum_session_administer(struct lum_session *s, struct lum_rpc *rpc);
+bool lum_session_is_here(const struct lum_session *s);
+
+/* ---- session_project.c: NULL: err says why ---- */
+struct cJSON *lum_session_list_projects(struct lum_session *s, const struct lum_rpc *rpc, struct lum_proto_error *err);
+/* What takes its time on disk. False: err says why; true: the answer comes later, and takes rpc->id. */
+bool lum_session_order_project(struct lum_session *s, struct lum_rpc *rpc, enum lum_project_verb verb,
+                               struct lum_proto_error *err);
+/* Answers what is done. */
+void lum_sessions_answer_orders(struct lum_sessions *t);
 
 /* ---- session_upload.c ---- */
 /* asset.upload. NULL: err says why. */

@@ -57,10 +57,16 @@ bool lum_session_may_be(const struct lum_session *s, const char *name)
 
 /* ---- those who were cut off ---- */
 
+/* The project was closed meanwhile: its director knows of nobody. */
+static bool is_past(const struct lum_parked *p)
+{
+    return lum_project_opening(p->project) != p->opening;
+}
+
 static struct lum_parked *find_parked(struct lum_sessions *t, const char *user)
 {
     for (uint32_t i = 0; i < LUM_LIMIT_PARKED; i++)
-        if (t->parked[i].user[0] && strcmp(t->parked[i].user, user) == 0)
+        if (t->parked[i].user[0] && !is_past(&t->parked[i]) && strcmp(t->parked[i].user, user) == 0)
             return &t->parked[i];
     return NULL;
 }
@@ -73,11 +79,15 @@ bool lum_sessions_have_parked(const struct lum_sessions *t, const char *user)
 /* False: the director could not be told, and the place is kept. */
 static bool forget(struct lum_sessions *t, struct lum_parked *p)
 {
+    if (is_past(p)) {
+        memset(p, 0, sizeof *p);
+        return true;
+    }
     struct lum_request *q = lum_request_create(&lum_request_user_gone);
     if (!q)
         return false;
     strcpy(q->user, p->user);
-    if (!lum_director_post(t->config.director, q)) {
+    if (!lum_director_post(lum_project_director(p->project), q)) {
         lum_request_destroy(q);
         return false;
     }
@@ -89,7 +99,7 @@ static bool forget(struct lum_sessions *t, struct lum_parked *p)
 void lum_sessions_forget_parked(struct lum_sessions *t, int64_t now_ns)
 {
     for (uint32_t i = 0; i < LUM_LIMIT_PARKED; i++)
-        if (t->parked[i].user[0] && now_ns >= t->parked[i].until_ns)
+        if (t->parked[i].user[0] && (now_ns >= t->parked[i].until_ns || is_past(&t->parked[i])))
             (void)forget(t, &t->parked[i]);
 }
 
@@ -122,6 +132,8 @@ void lum_session_park(struct lum_session *s, int64_t now_ns)
         s->farewell = &lum_request_session_closed;
         return;
     }
+    p->project = s->project;
+    p->opening = lum_project_opening(s->project);
     p->person = s->person;
     p->until_ns = now_ns + LUM_LIMIT_RESUME_S * 1000000000ll;
     memcpy(p->user, s->user, sizeof p->user);
@@ -146,7 +158,9 @@ bool lum_session_resume(struct lum_session *s, const char *name, const char *key
     struct lum_sessions *t = s->table;
     struct lum_session *open = find_open(t, name);
     struct lum_parked *parked = open ? NULL : find_parked(t, name);
-    if (open && !lum_close_is_for_good(open->close) && key_opens(open->key, key) &&
+    if (parked && (parked->project != s->project || is_past(parked)))
+        parked = NULL;
+    if (open && open->project == s->project && !lum_close_is_for_good(open->close) && key_opens(open->key, key) &&
         same_person(&open->person, &s->person)) {
         memcpy(s->key, open->key, sizeof s->key);
         open->superseded = true;
@@ -165,55 +179,8 @@ bool lum_session_resume(struct lum_session *s, const char *name, const char *key
 
 /* ---- what was changed meanwhile ---- */
 
-static void drop_oldest(struct lum_changes_kept *c)
-{
-    c->n_bytes -= c->ring[c->first].text->n_bytes;
-    lum_text_unref(c->ring[c->first].text);
-    c->before = c->ring[c->first].scene_rev;
-    c->first = (c->first + 1) % LUM_LIMIT_CHANGES_KEPT;
-    c->n--;
-}
-
-void lum_sessions_keep_change(struct lum_sessions *t, uint64_t scene_rev, struct lum_text *text)
-{
-    struct lum_changes_kept *c = &t->changes;
-    if (!text || text->n_bytes > LUM_LIMIT_CHANGES_KEPT_BYTES) { /* from here on they are known again */
-        lum_sessions_drop_changes(t);
-        c->before = scene_rev;
-        return;
-    }
-    while (c->n == LUM_LIMIT_CHANGES_KEPT || (c->n > 0 && c->n_bytes + text->n_bytes > LUM_LIMIT_CHANGES_KEPT_BYTES))
-        drop_oldest(c);
-    uint32_t at = (c->first + c->n) % LUM_LIMIT_CHANGES_KEPT;
-    c->ring[at].scene_rev = scene_rev;
-    c->ring[at].text = text;
-    text->refs++;
-    c->n_bytes += text->n_bytes;
-    c->n++;
-}
-
-int lum_sessions_missed(const struct lum_sessions *t, uint64_t scene_rev)
-{
-    const struct lum_changes_kept *c = &t->changes;
-    uint64_t newest = c->n ? c->ring[(c->first + c->n - 1) % LUM_LIMIT_CHANGES_KEPT].scene_rev : c->before;
-    int n = 0;
-    if (scene_rev < c->before || scene_rev > newest)
-        return -1;
-    while ((uint32_t)n < c->n &&
-           c->ring[(c->first + c->n - 1 - (uint32_t)n) % LUM_LIMIT_CHANGES_KEPT].scene_rev > scene_rev)
-        n++;
-    return n;
-}
-
 void lum_session_say_missed(struct lum_session *s, int n)
 {
-    const struct lum_changes_kept *c = &s->table->changes;
-    for (uint32_t i = n > 0 ? c->n - (uint32_t)n : c->n; i < c->n; i++)
-        lum_session_queue_text(s, c->ring[(c->first + i) % LUM_LIMIT_CHANGES_KEPT].text);
-}
-
-void lum_sessions_drop_changes(struct lum_sessions *t)
-{
-    while (t->changes.n > 0)
-        drop_oldest(&t->changes);
+    for (int i = 0; i < n; i++)
+        lum_session_queue_text(s, lum_changes_kept_last(lum_project_changes(s->project), (uint32_t)n, (uint32_t)i));
 }

@@ -101,7 +101,7 @@ static struct lum_upload_file *read_files(const struct lum_rpc *rpc, size_t *ret
 struct cJSON *lum_session_announce(struct lum_session *s, const struct lum_rpc *rpc, struct lum_proto_error *err)
 {
     char put[sizeof LUM_UPLOAD_FOLDER + 1 + LUM_UPLOAD_TICKET_BYTES] = LUM_UPLOAD_FOLDER "/";
-    struct lum_uploads *uploads = s->table->config.uploads;
+    struct lum_uploads *uploads = s->project ? lum_project_uploads(s->project) : NULL;
     size_t n;
     uint64_t n_bytes;
     struct lum_upload_file *files = read_files(rpc, &n, err);

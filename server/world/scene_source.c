@@ -370,6 +370,18 @@ static void forget_our_op(const char *scene, struct lum_proto_error *err)
         memmove(err->text, err->text + n + 2, strlen(err->text + n + 2) + 1);
 }
 
+bool lum_scene_begin(struct lum_world *w, struct lum_proto_error *err)
+{
+    static const char camera[] = "{\"lumend\":1,\"kind\":\"scene\"}\n"
+                                 "{\"op\":\"add\",\"type\":\"camera\",\"id\":\"main\",\"position\":[0,1.6,5],"
+                                 "\"target\":[0,1.2,0],\"up\":[0,1,0],\"vfov_deg\":50}\n";
+    struct source source = {0};
+    bool ok = lum_ops_from_jsonl(camera, sizeof camera - 1, &source.ops, err) &&
+              apply_source(w, &source, &(struct lum_import_config){0}, err);
+    lum_ops_finish(&source.ops);
+    return ok;
+}
+
 bool lum_scene_load(struct lum_world *w, const char *scene, const struct lum_import_config *import,
                     struct lum_proto_error *err)
 {

@@ -21,4 +21,7 @@ bool lum_edits_load(const char *replay, struct lum_ops *ret_ops, struct lum_prot
 bool lum_scene_load(struct lum_world *world, const char *scene, const struct lum_import_config *import,
                     struct lum_proto_error *err);
 
+/* The same with nothing but a camera, "main". */
+bool lum_scene_begin(struct lum_world *world, struct lum_proto_error *err);
+
 #endif

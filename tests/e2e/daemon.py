@@ -26,9 +26,10 @@ def write_people(path, people):
 class Daemon:
     """With `with`: at the end SIGTERM, and the exit status must be 0."""
 
-    def __init__(self, *options, wrapper=(), listen="127.0.0.1:0", threads=1, environment=None):
-        command = [*wrapper, LUMEND, "serve", "--listen", listen, "--threads", str(threads), "--scene",
-                   os.environ.get("LUMEND_TEST_SCENE", "cornell"), *options]
+    def __init__(self, *options, wrapper=(), listen="127.0.0.1:0", threads=1, environment=None,
+                 scene=os.environ.get("LUMEND_TEST_SCENE", "cornell")):
+        command = [*wrapper, LUMEND, "serve", "--listen", listen, "--threads", str(threads),
+                   *(["--scene", scene] if scene else []), *options]
         self.log = tempfile.TemporaryFile()
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.log,
                                         env={**os.environ, **(environment or {})})

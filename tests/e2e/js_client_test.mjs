@@ -3,8 +3,9 @@
 // Compiled with what clients/web has installed, ws among it: nothing is fetched.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
-import { mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
+import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { fileURLToPath, pathToFileURL } from 'node:url';
@@ -232,6 +233,21 @@ const MISTAKES = [
     "session.call('bounds', { ids: 'room' })",
     "session.view(4, 3, { spp: '64' })",
 ];
+
+test('a session is of a project, by name or by the address', async () => {
+    const many = new Daemon(null, null, ['--projects', mkdtempSync(join(tmpdir(), 'lumend-e2e-'))]);
+    const lobby = await lumend.connect(await many.start());
+    assert.equal(lobby.project, null);
+    const { project } = await lobby.call('project.create', { name: 'Foyer' });
+    await lobby.close();
+    for (const [url, options] of [[many.url, { project }], [many.url.replace('/#', `/?project=${project}#`), {}]]) {
+        const inside = await lumend.connect(url, options);
+        assert.deepEqual(inside.project, { id: project, name: 'Foyer' });
+        assert.ok((await inside.scene()).has('main'));
+        await inside.close();
+    }
+    assert.equal(await many.stop(), 0);
+});
 
 test('types are those of the protocol: its examples fit them, mistakes do not', () => {
     const check = spawnSync('python3', ['-B', join(js, 'records_from_protocol.py'), '--check'], { encoding: 'utf8' });

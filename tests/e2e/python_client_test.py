@@ -200,6 +200,17 @@ class Breaks(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "is not a URL"):
             lumend.connect(daemon.token)
 
+    def test_projects(self):
+        with tempfile.TemporaryDirectory() as folder, Daemon("--projects", folder, scene=None) as daemon:
+            with lumend.connect(url_of(daemon)) as lobby:
+                self.assertIsNone(lobby.project)
+                made = lobby.call("project.create", name="Foyer")["project"]
+            for session in (lambda: lumend.connect(url_of(daemon), project=made),
+                            lambda: lumend.connect(url_of(daemon).replace("/#", f"/?project={made}#"))):
+                with session() as session:
+                    self.assertEqual(session.project, {"id": made, "name": "Foyer"})
+                    self.assertIn("main", session.scene())
+
     def test_records_are_those_of_the_protocol(self):
         done = subprocess.run([sys.executable, os.path.join(PYTHON, "records_from_protocol.py"), "--check"],
                               capture_output=True, text=True)

@@ -17,6 +17,14 @@ CAMERA = {"position": [0, 1, 3], "target": [0, 1, 0]}
 FORMS = {
     "session.list": {},
     "session.end": {"session": "nobody.9-9"},
+    "project.list": {},
+    "project.create": {"name": "Foyer", "scene": "furnace"},
+    "project.rename": {"project": "aaaaaaaaaaaa", "name": "Foyer"},
+    "project.delete": {"project": "aaaaaaaaaaaa"},
+    "project.restore": {"project": "aaaaaaaaaaaa"},
+    "version.keep": {"project": "aaaaaaaaaaaa", "name": "evening"},
+    "version.list": {"project": "aaaaaaaaaaaa"},
+    "version.remove": {"project": "aaaaaaaaaaaa", "version": "bbbbbbbbbbbb"},
     "scene.get": {"expand": False},
     "scene.apply": {"op_id": "a-1", "repeat": False, "base_rev": 0,
                     "ops": [{"op": "set", "id": "render", "path": "/exposure_ev", "value": 3}]},
@@ -43,7 +51,10 @@ FORMS = {
     "report.get": {"view_id": 4000000000},
     "stats.get": {},
 }
-REQUIRED = {"session.end": ["session"], "scene.apply": ["ops"], "preset.store": ["id"], "preset.recall": ["id"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
+REQUIRED = {"session.end": ["session"], "project.create": ["name"], "project.rename": ["project", "name"], "project.delete": ["project"],
+            "project.restore": ["project"], "version.keep": ["project", "name"], "version.list": ["project"],
+            "version.remove": ["project", "version"],
+            "scene.apply": ["ops"], "preset.store": ["id"], "preset.recall": ["id"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
             "pick": ["view_id", "x", "y"], "view.read": ["view_id", "x", "y"], "bounds": ["id"], "photometry": ["id"],
             "asset.list": ["kind"], "asset.photometry": ["asset"], "asset.upload": ["files"], "sensor.read": ["id"], "probe": ["view_id", "x", "y"]}
 KNOWN_CODES = {-32700, -32600, -32601, -32602, -32603, -32000}

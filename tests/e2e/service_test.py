@@ -104,6 +104,34 @@ class Notify(unittest.TestCase):
                 daemon.stop()
                 self.assertEqual(manager.next(), "STOPPING=1")
 
+    def test_projects_are_alive_together_and_one_that_is_stuck_is_silent(self):
+        with tempfile.TemporaryDirectory() as folder, Manager() as manager, \
+                Daemon("--projects", folder, scene=None, environment=manager.environment(WATCHDOG_USEC="20000")) as daemon:
+            while manager.next() != "WATCHDOG=1":  # no director is there
+                pass
+            lobby = daemon.connect()
+            made = [lobby.call("project.create", {"name": name})["project"] for name in "AB"]
+            sessions = [daemon.connect(hello=False) for _ in made]
+            for ws, project in zip(sessions, made):
+                ws.hello(daemon.token, project=project)
+            self.assertEqual(manager.next(), "WATCHDOG=1")
+            with stopped(thread_of(daemon.process.pid, "lum-director")) as tid:
+                if tid is None:
+                    self.skipTest("ptrace is not allowed here")
+                manager.socket.setblocking(False)
+                with self.assertRaises(BlockingIOError):
+                    while True:
+                        manager.next()
+                manager.socket.settimeout(0.05)  # what was told once more before it was missed
+                with contextlib.suppress(TimeoutError):
+                    while True:
+                        manager.next()
+                manager.socket.settimeout(0.3)
+                with self.assertRaises(TimeoutError):
+                    manager.next()
+            manager.socket.settimeout(WAIT_S)
+            self.assertEqual(manager.next(), "WATCHDOG=1")
+
     def test_a_stuck_director_is_silent(self):
         """One thread is stopped by ptrace; the others go on, and do not speak for it."""
         with Manager() as manager, Daemon(environment=manager.environment(WATCHDOG_USEC="20000")) as daemon:

@@ -38,17 +38,23 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
     struct lum_director director;
     struct lum_net_counters counters = {0};
     const struct lum_auth auth = {.required = true, .token = "0123456789abcdef"};
+    struct lum_projects *projects;
     struct lum_sessions *sessions;
-    const struct lum_sessions_config config = {.director = &director, .auth = &auth, .counters = &counters};
     fake_director_init(&director);
-    if (lum_sessions_create(&config, &sessions, NULL))
+    if (lum_projects_of_one(&director, NULL, &projects, NULL))
         return 0;
+    const struct lum_sessions_config config = {.projects = projects, .auth = &auth, .counters = &counters};
+    if (lum_sessions_create(&config, &sessions, NULL)) {
+        (void)lum_projects_destroy(projects);
+        return 0;
+    }
     struct lum_session *s = lum_session_open(sessions, "192.0.2.7");
     if (n && data[0] == '+')
         lum_session_receive(s, hello, sizeof hello - 1);
     read_replies(s);
     talk(s, &director, (const char *)data + (n > 0), n - (n > 0));
     lum_sessions_destroy(sessions);
+    (void)lum_projects_destroy(projects);
     fake_director_finish(&director);
     return 0;
 }

@@ -1,5 +1,7 @@
 #include "tests/support/fake_director.h"
 
+#include <string.h>
+
 #include "core/base/base.h"
 
 bool lum_director_post(struct lum_director *d, struct lum_request *c)
@@ -22,6 +24,44 @@ uint64_t lum_director_scene_rev(const struct lum_director *d)
 {
     (void)d;
     return 41;
+}
+
+uint64_t lum_director_starts(const struct lum_director *d)
+{
+    (void)d;
+    return 0;
+}
+
+bool lum_director_alive(const struct lum_director *d)
+{
+    (void)d;
+    return true;
+}
+
+void lum_director_metrics(const struct lum_director *d, struct lum_director_metrics *ret_metrics)
+{
+    (void)d;
+    *ret_metrics = (struct lum_director_metrics){0};
+}
+
+enum lum_status lum_director_create(const struct lum_director_config *config, struct lum_director **ret_director,
+                                    struct lum_error *err)
+{
+    if (config->scene && strcmp(config->scene, FAKE_DIRECTOR_FAILS) == 0)
+        return lum_fail(err, LUM_ERR_IO, "", "as asked");
+    struct lum_director *d = lum_calloc(1, sizeof *d);
+    if (!d)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a fake director");
+    fake_director_init(d);
+    *ret_director = d;
+    return LUM_OK;
+}
+
+void lum_director_destroy(struct lum_director *d)
+{
+    if (d)
+        fake_director_finish(d);
+    lum_free(d);
 }
 
 void fake_director_init(struct lum_director *d)

@@ -36,6 +36,7 @@ struct fixture {
     struct lum_director director;
     struct lum_auth auth;
     struct lum_net_counters counters;
+    struct lum_projects *projects;
     struct lum_sessions *sessions;
     char lines[16][128]; /* the newest of the log */
     unsigned n_lines;
@@ -95,8 +96,9 @@ static int set_up(void **state)
     fake_director_init(&f->director);
     f->auth.required = true;
     strcpy(f->auth.token, TOKEN);
+    assert_int_equal(lum_projects_of_one(&f->director, NULL, &f->projects, NULL), LUM_OK);
     const struct lum_sessions_config config = {
-        .director = &f->director, .auth = &f->auth, .counters = &f->counters, .log = {.write = note_line, .user = f}};
+        .projects = f->projects, .auth = &f->auth, .counters = &f->counters, .log = {.write = note_line, .user = f}};
     assert_int_equal(lum_sessions_create(&config, &f->sessions, NULL), LUM_OK);
     f->s = open_greeted(f);
     receive(f->s, "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"scene.undo\"}"); /* a command tells the session's name */
@@ -110,6 +112,7 @@ static int tear_down(void **state)
 {
     struct fixture *f = *state;
     lum_sessions_destroy(f->sessions);
+    assert_true(lum_projects_destroy(f->projects));
     fake_director_finish(&f->director);
     free(f);
     return 0;
@@ -452,6 +455,7 @@ static void test_a_session_is_kept_until_its_time_is_over(void **state)
     lum_session_close(f->s);
     int64_t end_ns = f->sessions->parked[0].until_ns;
     struct lum_session *late = lum_session_open(f->sessions, "192.0.2.7");
+    assert_int_equal(lum_projects_enter(f->projects, "", 0, &late->project, NULL), LUM_PROJECT_IN);
     assert_false(lum_session_resume(late, user, key, end_ns));
     assert_true(lum_session_resume(late, user, key, end_ns - 1));
     assert_string_equal(late->user, user);
@@ -466,6 +470,11 @@ static void tell_change(struct fixture *f, uint64_t rev, const char *text)
     lum_text_queue_clear(&f->s->text);
 }
 
+static int missed_since(struct fixture *f, uint64_t scene_rev)
+{
+    return lum_changes_kept_missed(lum_project_changes(lum_projects_at(f->projects, 0)), scene_rev);
+}
+
 /* The scene was at 41 when the table was made. */
 static void test_changes_are_kept_up_to_so_many_bytes(void **state)
 {
@@ -474,20 +483,20 @@ static void test_changes_are_kept_up_to_so_many_bytes(void **state)
     char *quarter = calloc(1, n + 1), *huge = calloc(1, LUM_LIMIT_CHANGES_KEPT_BYTES + 2);
     memset(quarter, 'x', n);
     memset(huge, 'x', LUM_LIMIT_CHANGES_KEPT_BYTES + 1);
-    assert_int_equal(lum_sessions_missed(f->sessions, 41), 0);
-    assert_int_equal(lum_sessions_missed(f->sessions, 40), -1);
+    assert_int_equal(missed_since(f, 41), 0);
+    assert_int_equal(missed_since(f, 40), -1);
     for (uint64_t rev = 42; rev < 46; rev++)
         tell_change(f, rev, quarter);
-    assert_int_equal(lum_sessions_missed(f->sessions, 41), 4);
+    assert_int_equal(missed_since(f, 41), 4);
     tell_change(f, 46, quarter);
-    assert_int_equal(lum_sessions_missed(f->sessions, 41), -1);
-    assert_int_equal(lum_sessions_missed(f->sessions, 42), 4);
+    assert_int_equal(missed_since(f, 41), -1);
+    assert_int_equal(missed_since(f, 42), 4);
     tell_change(f, 47, huge); /* nobody can be told that */
-    assert_int_equal(lum_sessions_missed(f->sessions, 46), -1);
-    assert_int_equal(lum_sessions_missed(f->sessions, 47), 0);
+    assert_int_equal(missed_since(f, 46), -1);
+    assert_int_equal(missed_since(f, 47), 0);
     tell_change(f, 48, "\"small\"");
-    assert_int_equal(lum_sessions_missed(f->sessions, 47), 1);
-    assert_int_equal(lum_sessions_missed(f->sessions, 49), -1); /* there is no such revision yet */
+    assert_int_equal(missed_since(f, 47), 1);
+    assert_int_equal(missed_since(f, 49), -1); /* there is no such revision yet */
     lum_session_say_missed(f->s, 1);
     expect_text(f->s, "small");
     assert_null(next_text(f->s));

@@ -157,7 +157,7 @@ type Pixel = { view_id: number; x: number; y: number };
 
 /** What a request takes. */
 export interface Params {
-    'session.hello': { token?: string; client?: string; resume?: string; key?: string; scene_rev?: number };
+    'session.hello': { token?: string; client?: string; resume?: string; key?: string; scene_rev?: number; project?: string };
     'scene.get': { expand?: boolean };
     'view.open': ViewMembers & { size: readonly [number, number] };
     'view.update': ViewMembers & { view_id: number };
@@ -184,6 +184,14 @@ export interface Params {
     'asset.photometry': { asset: string };
     'asset.upload': { files: readonly { name: string; bytes: number }[] };
     'session.list': None;
+    'project.list': None;
+    'project.create': { name: string } & ({ scene?: string } | { from: string; version?: string });
+    'project.rename': { project: string; name: string };
+    'project.delete': { project: string };
+    'project.restore': { project: string };
+    'version.keep': { project: string; name: string };
+    'version.list': { project: string };
+    'version.remove': { project: string; version: string };
     'session.end': { session: string };
 }
 
@@ -197,9 +205,13 @@ export interface Answers {
         missed: number | null;
         imports: boolean;
         uploads: boolean;
+        /** It has many scenes; `project`: whose this session is, null: none's. */
+        projects: boolean;
+        project: { id: string; name: string } | null;
         saved: 'commit' | 'interval' | 'no';
         limits: SessionLimits;
-        scene_rev: number;
+        /** null: the session is of no project. */
+        scene_rev: number | null;
         protocol: number;
     };
     'scene.get': { ops: readonly JsonObject[]; scene_rev: number };
@@ -242,7 +254,15 @@ export interface Answers {
     'asset.list': { assets: readonly { asset: string; bytes: number }[]; whole: boolean };
     'asset.photometry': PhotometryOfWeb & { warnings: readonly string[] };
     'asset.upload': { put: string };
-    'session.list': { sessions: readonly { session: string; person: string; role: string; address: string }[] };
+    'session.list': { sessions: readonly { session: string; person: string; role: string; address: string; project: string | null }[] };
+    'project.list': { projects: readonly ProjectListed[]; trash: readonly ProjectInTrash[]; scenes: readonly string[] };
+    'project.create': { project: string };
+    'project.rename': { project: string };
+    'project.delete': { project: string };
+    'project.restore': { project: string };
+    'version.keep': { version: string };
+    'version.list': { versions: readonly { version: string; name: string; kept_s: number }[] };
+    'version.remove': { project: string };
     'session.end': JsonObject;
 }
 
@@ -261,6 +281,16 @@ export interface Notifications {
     'preset.fading': { id: string; fade_s: number; left_s: number };
     'session.closing': JsonObject;
 }
+
+/** Times are seconds of the Unix epoch. */
+export interface ProjectListed {
+    id: string;
+    name: string;
+    changed_s: number;
+    open: boolean;
+    people: readonly string[];
+}
+export type ProjectInTrash = Pick<ProjectListed, 'id' | 'name' | 'changed_s'> & { deleted_s: number };
 
 /** The light of an object that shines. */
 export interface Emits {

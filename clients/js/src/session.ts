@@ -10,6 +10,8 @@ import { addressOf, openSocket } from './socket.js';
 export interface ConnectOptions {
     /** A name for people. */
     client?: string;
+    /** Of a server with many scenes: the id of the project; '': none, for `project.list` and the like. Default: that of the page's URL. */
+    project?: string;
     /** What is waited for comes within that time, or fails; what grows better meanwhile has it for each next step. */
     timeoutMs?: number;
 }
@@ -21,10 +23,11 @@ const TIMEOUT_MS = 60_000;
 
 /** page: as the server prints it. */
 export async function connect(page: string, options: ConnectOptions = {}): Promise<Session> {
-    const { address, token } = addressOf(page);
+    const { address, token, project } = addressOf(page);
     const session = new Session(await openSocket(address), options.timeoutMs ?? TIMEOUT_MS);
     try {
-        await session.hello({ client: options.client ?? 'javascript', ...(token !== null && { token }) });
+        const wanted = options.project ?? project;
+        await session.hello({ client: options.client ?? 'javascript', ...(token !== null && { token }), ...(wanted && { project: wanted }) });
     } catch (error) {
         await session.close();
         throw error;
@@ -40,6 +43,8 @@ export class Session {
     role: Answers['session.hello']['role'] = 'view';
     saved: Answers['session.hello']['saved'] = 'no';
     limits!: SessionLimits;
+    /** Of a server with many scenes; null: none, or the one there is. */
+    project: Answers['session.hello']['project'] = null;
     /** The newest revision of the scene that is known. */
     sceneRev = 0;
     private readonly rpc: Rpc;
@@ -74,8 +79,9 @@ export class Session {
         this.name = hello.session;
         this.role = hello.role;
         this.saved = hello.saved;
+        this.project = hello.project;
         this.limits = hello.limits;
-        this.sceneRev = Math.max(this.sceneRev, hello.scene_rev);
+        this.sceneRev = Math.max(this.sceneRev, hello.scene_rev ?? 0);
     }
 
     /** Ends the session: the server forgets it. */

@@ -8,12 +8,12 @@ async function socketClass(): Promise<typeof WebSocket> {
     return ((await import(/* @vite-ignore */ name)) as { WebSocket: typeof WebSocket }).WebSocket;
 }
 
-/** Where the page of that URL has its WebSocket, and the token after #t=. Throws where it is no URL. */
-export function addressOf(page: string): { address: string; token: string | null } {
+/** Where the page of that URL has its WebSocket, the token after #t=, and ?project=. Throws where it is no URL. */
+export function addressOf(page: string): { address: string; token: string | null; project: string | null } {
     const url = new URL(page);
     if (!/^(http|ws)s?:$/.test(url.protocol)) throw new TypeError(`${page} is not a URL of lumend: http://HOST:PORT/#t=TOKEN`);
     const token = new URLSearchParams(url.hash.slice(1)).get('t');
-    return { address: `${url.protocol.replace('http', 'ws')}//${url.host}${url.pathname}`, token };
+    return { address: `${url.protocol.replace('http', 'ws')}//${url.host}${url.pathname}`, token, project: url.searchParams.get('project') };
 }
 
 /** Open, or an error that says why not. */

@@ -72,9 +72,11 @@ def _record(op):
 
 
 class Session:
-    """`url`: as the server prints it. `client`: a name for people; `name` is what others know this session by."""
+    """`url`: as the server prints it. `client`: a name for people; `name` is what others know this session by.
+    `project`: of a server with many scenes, the id of the one that this is about; default: that of `url?project=ID`. Without
+    one such a server answers `project.list` and the like alone."""
 
-    def __init__(self, url: str, client: str = "python", timeout_s: float = 60.0) -> None:
+    def __init__(self, url: str, client: str = "python", timeout_s: float = 60.0, project: str | None = None) -> None:
         self.timeout_s = timeout_s
         self._news = threading.Condition()  # all below is read and written with this held
         self._last_id, self._watching = 0, False
@@ -88,12 +90,15 @@ class Session:
         self._reader = threading.Thread(target=self._read, name="lumend", daemon=True)
         self._reader.start()
         try:
-            hello = self.call("session.hello", client=client, **({"token": self._socket.token} if self._socket.token else {}))
+            given = {"token": self._socket.token, "project": project or self._socket.project}
+            hello = self.call("session.hello", client=client, **{k: v for k, v in given.items() if v})
         except BaseException:
             self.close()
             raise
         self.name, self.limits, self.saved = hello["session"], hello["limits"], hello["saved"]
-        self._rev_of(hello)
+        self.project: dict | None = hello["project"]
+        if hello["scene_rev"] is not None:
+            self._rev_of(hello)
 
     def __enter__(self) -> "Session":
         return self

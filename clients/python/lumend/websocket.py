@@ -31,10 +31,10 @@ class WebSocket:
     """One thread may read while others send."""
 
     def __init__(self, url, timeout_s):
-        parts = re.fullmatch(r"(?:http|ws)://(\[[0-9a-fA-F:]+\]|[^/:]+):(\d+)/?(?:#t=(.*))?", url)
+        parts = re.fullmatch(r"(?:http|ws)://(\[[0-9a-fA-F:]+\]|[^/:]+):(\d+)/?(?:\?project=(\w+))?(?:#t=(.*))?", url)
         if not parts:
             raise ValueError(f"{url} is not a URL as the server prints it: http://127.0.0.1:9460/#t=TOKEN")
-        host, port, self.token = parts.groups()
+        host, port, self.project, self.token = parts.groups()
         try:
             self._line = socket.create_connection((host.strip("[]"), int(port)), timeout_s)
         except OSError as error:

@@ -1,5 +1,6 @@
 import { render } from 'preact';
 import { App } from './state/app';
+import { projectInAddress } from './state/projects';
 import { takeToken, tokenInAddress } from './state/token';
 import './style/main.css';
 import { AppContext } from './ui/context';
@@ -12,7 +13,7 @@ function socketUrl(): string {
     return url.href;
 }
 
-const app = new App(socketUrl(), takeToken());
+const app = new App(socketUrl(), takeToken(), projectInAddress());
 // An address with another token, put into the tab where the page is: only its end changes, and nothing is loaded anew.
 addEventListener('hashchange', () => {
     const token = tokenInAddress();

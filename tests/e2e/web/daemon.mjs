@@ -8,8 +8,8 @@ import { createInterface } from 'node:readline';
 const TOKEN = 'e2e-token-0123456789abcdef0123456789abcdef';
 
 export class Daemon {
-    /** assets: the folder for imports; null: none. */
-    constructor(scene, assets = dirname(scene), options = []) {
+    /** scene: null where the options say what is served. assets: the folder for imports; null: none. */
+    constructor(scene, assets = scene && dirname(scene), options = []) {
         this.folder = mkdtempSync(join(tmpdir(), 'lumend-e2e-'));
         this.tokenFile = join(this.folder, 'token');
         writeFileSync(this.tokenFile, `${TOKEN}\n`, { mode: 0o600 });
@@ -22,7 +22,7 @@ export class Daemon {
 
     /** Resolves with the URL that the daemon prints when it is ready. */
     async start() {
-        const args = ['--scene', this.scene, '--listen', `127.0.0.1:${this.port}`, '--token-file', this.tokenFile];
+        const args = [...(this.scene ? ['--scene', this.scene] : []), '--listen', `127.0.0.1:${this.port}`, '--token-file', this.tokenFile];
         args.push(...this.options);
         if (this.assets) args.push('--assets', this.assets);
         this.child = spawn(process.env.LUMEND, args, { stdio: ['ignore', 'pipe', 'pipe'] });

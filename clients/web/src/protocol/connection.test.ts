@@ -43,6 +43,7 @@ async function online(): Promise<{ log: string[]; socket: FakeSocket; link: Conn
         onBinary: () => undefined,
         onBeat: () => void rpc?.call('frame.ack').catch(() => undefined),
         onStalled: (stalled) => log.push(stalled ? 'stalled' : 'answers'),
+        onTurnedAway: (reason) => log.push(reason),
     });
     link.connect();
     const socket = FakeSocket.all[0]!;
@@ -123,5 +124,37 @@ test('the next connection goes on with the session of the last one, and says wha
     FakeSocket.all[2]!.onopen?.();
     assert.deepEqual(FakeSocket.all[2]!.sent[0]!.params, { client: 'lumend-web', resume: 'ann.0-1', key: 'k', scene_rev: 7 });
     assert.ok(socket.closed);
+    timers.reset();
+});
+
+test('who is turned away from a project goes on without one', async () => {
+    const timers = new FakeTimers();
+    FakeSocket.all = [];
+    const log: string[] = [];
+    const link = new Connection(
+        'ws://test',
+        null,
+        {
+            onState: (state) => log.push(state.at),
+            onOnline: () => undefined,
+            onNotification: () => undefined,
+            sceneRev: () => 7,
+            onBinary: () => undefined,
+            onBeat: () => undefined,
+            onStalled: () => undefined,
+            onTurnedAway: (reason) => log.push(reason),
+        },
+        'abc',
+    );
+    link.connect();
+    const [first] = FakeSocket.all;
+    first!.onopen?.();
+    assert.deepEqual(first!.sent[0]!.params, { client: 'lumend-web', project: 'abc' });
+    const error = { code: -32000, message: 'in the trash', data: { code: 'not_found', path: 'project' } };
+    first!.onmessage?.({ data: JSON.stringify({ jsonrpc: '2.0', id: first!.sent[0]!.id, error }) });
+    await settle();
+    FakeSocket.all[1]!.onopen?.();
+    assert.deepEqual(FakeSocket.all[1]!.sent[0]!.params, { client: 'lumend-web' });
+    assert.deepEqual(log, ['connecting', 'in the trash', 'connecting']);
     timers.reset();
 });

@@ -25,6 +25,8 @@ export interface ConnectionEvents {
     onBeat(): void;
     /** True: for two beats nothing was heard. False: something is, again. */
     onStalled(stalled: boolean): void;
+    /** The project is not there, or cannot be opened: the connection goes on without one. */
+    onTurnedAway(reason: string): void;
 }
 
 const FIRST_RETRY_MS = 300;
@@ -67,6 +69,8 @@ export class Connection {
         private readonly url: string,
         private token: string | null,
         private readonly events: ConnectionEvents,
+        /** Of a server with many scenes: whose; '': none's, or the one there is. */
+        private project = '',
     ) {}
 
     setToken(token: string): void {
@@ -108,7 +112,8 @@ export class Connection {
         try {
             const params: JsonObject = { client: 'lumend-web' };
             if (this.token !== null) params.token = this.token;
-            if (this.session) Object.assign(params, this.comeback());
+            if (this.project) params.project = this.project;
+            if (this.key) Object.assign(params, this.comeback());
             const hello = await rpc.call('session.hello', params);
             if (this.socket !== socket) return;
             this.session = stringOr(hello.session, '');
@@ -122,6 +127,10 @@ export class Connection {
             if (error instanceof RpcError && error.app === 'not_authorised') {
                 this.drop();
                 this.events.onState({ at: 'refused', reason: error.message });
+            } else if (error instanceof RpcError && error.path === 'project' && error.app !== 'busy') {
+                this.project = this.session = this.key = '';
+                this.events.onTurnedAway(error.message);
+                this.connect();
             } else {
                 this.lost(error instanceof Error ? error.message : String(error));
             }

@@ -27,6 +27,7 @@ import { Reference, type Wanted } from './reference';
 import { Meter } from './meter';
 import { anchoredAt } from './placement';
 import { Presets } from './presets';
+import { hrefOf, Projects } from './projects';
 import { SceneMirror } from './scene';
 import { Sensors } from './sensors';
 import { Toasts } from './toasts';
@@ -83,6 +84,7 @@ export class App {
     readonly reader: Reader;
     readonly compare: Compare;
     readonly reference: Reference;
+    readonly projects: Projects;
     readonly view: ViewLink;
     /** What the picture is exposed for: this view's choice, else the scene's; ev is measured by the server when automatic. */
     readonly exposure = computed(() => {
@@ -121,7 +123,7 @@ export class App {
     private broken = 0;
     private readonly follower: Follower;
 
-    constructor(url: string, token: string | null) {
+    constructor(url: string, token: string | null, project = '') {
         const call = (method: string, params: JsonObject): Promise<JsonObject> =>
             this.rpc ? this.rpc.call(method, params) : Promise.reject(new ClosedError('not connected'));
         const onError = (error: Error): void => this.report(error);
@@ -163,6 +165,7 @@ export class App {
             onRefused: (error) => this.noReference(error),
             what: computed(() => this.wantedReference()),
         });
+        this.projects = new Projects({ call, onError, announce: (text) => toasts.announce(text), goTo: (id) => location.assign(hrefOf(id)) });
         this.link = new Connection(url, token, {
             onState: (state) => this.stateChanged(state),
             onOnline: (rpc, hello) => void this.cameOnline(rpc, hello),
@@ -171,7 +174,8 @@ export class App {
             onBinary: (message) => this.binary(message),
             onBeat: () => void this.ping(),
             onStalled: (stalled) => this.stall(stalled),
-        });
+            onTurnedAway: (reason) => (this.projects.problem.value = reason),
+        }, project);
         // Where nothing shines yet shapes show what the first lamp can hang on.
         effect(() => {
             const empty = this.scene.lamps.value.length === 0;
@@ -435,6 +439,7 @@ export class App {
         this.role.value = roleOf(hello.role);
         this.kept.value = hello.saved === 'commit' || hello.saved === 'interval';
         this.picture?.reset();
+        if (this.projects.online(hello)) return;
         const follows = this.comeback.online(hello, !this.cameraChosen);
         try {
             if (hello.resumed === true) void this.edits.repeat(); /* before anything newer is sent */
@@ -550,6 +555,7 @@ export class App {
     private async ping(): Promise<void> {
         const rpc = this.rpc;
         const viewId = this.view.viewId;
+        if (this.projects.shown.value) await this.projects.refresh();
         if (!rpc || viewId === null) return;
         const start = performance.now();
         if (!document.hidden) this.reference.acknowledge();

@@ -6,7 +6,7 @@ import { numberOr, stringOr } from '../protocol/types';
 const NAMED = 3;
 
 /** "ann" of "ann.3-1". */
-const personOf = (user: string): string => user.replace(/\.\d+-\d+[._\d]*$/, '');
+export const personOf = (user: string): string => user.replace(/\.\d+-\d+[._\d]*$/, '');
 
 const idsOf = (ops: Json | undefined): string[] => (Array.isArray(ops) ? ops : []).map((op) => (isObject(op) ? stringOr(op.id, '') : ''));
 

@@ -3,6 +3,7 @@ import type { ComponentChildren } from 'preact';
 import { useEffect } from 'preact/hooks';
 import type { App } from '../state/app';
 import { isOn } from '../state/lights';
+import { projectInAddress } from '../state/projects';
 import { useApp } from './context';
 
 /** Says over the picture what is wrong with the connection, or why there is nothing to see; nothing when all is well. */
@@ -11,7 +12,7 @@ export function Banner() {
     if (state.at === 'online') return <EmptyPicture />;
     if (state.at === 'refused') return <TokenForm reason={state.reason} />;
     if (state.at === 'ended') return <Ended reason={state.reason} />;
-    if (state.at === 'connecting') return <div class="banner">Connecting…</div>;
+    if (state.at === 'connecting') return <div class="banner">{projectInAddress() ? 'Opening…' : 'Connecting…'}</div>;
     return <Waiting retryAt={state.retryAt} reason={state.reason} />;
 }
 

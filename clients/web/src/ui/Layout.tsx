@@ -12,6 +12,7 @@ import { handleKey } from './keymap';
 import { DragGhost, LibraryPanel } from './LibraryPanel';
 import { LightList } from './LightList';
 import { PresetPanel } from './PresetPanel';
+import { ProjectsDialog, StartPage } from './Projects';
 import { SectionNav } from './SectionNav';
 import { SensorPanel } from './SensorPanel';
 import { StatusBar } from './StatusBar';
@@ -24,13 +25,13 @@ export function Layout() {
     const app = useApp();
     useEffect(() => {
         const onKey = (e: KeyboardEvent): void => {
-            if (!app.helpOpen.value && handleKey(app, e)) e.preventDefault();
+            if (!app.helpOpen.value && !app.projects.shown.value && handleKey(app, e)) e.preventDefault();
         };
         document.addEventListener('keydown', onKey);
         return () => document.removeEventListener('keydown', onKey);
     }, []);
     return (
-        <div class="layout">
+        <div class={`layout ${app.projects.atStart.value ? 'at-start' : ''}`}>
             <TopBar />
             <Viewport />
             <div class="panel" inert={app.connection.value.at !== 'online'}>
@@ -50,8 +51,10 @@ export function Layout() {
                 </div>
             </div>
             <StatusBar />
+            <StartPage />
             <Toasts />
             <HelpDialog />
+            <ProjectsDialog />
             <DragGhost />
             <DropFiles />
         </div>

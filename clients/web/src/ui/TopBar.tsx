@@ -11,6 +11,7 @@ export function TopBar() {
     const theme = useTheme();
     const { at } = app.connection.value;
     const state = app.stalled.value ? 'stalled' : at;
+    const atStart = app.projects.atStart.value;
     return (
         <header class="topbar">
             <Logo />
@@ -18,45 +19,68 @@ export function TopBar() {
                 <span class="link-dot" aria-hidden="true" />
                 <span class="link-text">{LINK_WORDS[state]}</span>
             </span>
-            {state === 'online' && <Kept />}
+            {app.projects.here.value && <Here />}
+            {state === 'online' && !atStart && <Kept />}
             {state === 'online' && !app.mayEdit.value && (
                 <span class="kept" title={NOT_TO_EDIT}>
                     {app.mayMeasure.value ? 'to measure' : 'to look'}
                 </span>
             )}
             <nav class="tools" aria-label="Tools">
-                <Tool label="Undo (Z)" disabled={!app.mayEdit.value} onClick={() => void app.undo()}>
-                    <Icon name="undo" />
-                </Tool>
-                <Tool label="Redo (Shift+Z)" disabled={!app.mayEdit.value} onClick={() => void app.redo()}>
-                    <Icon name="redo" />
-                </Tool>
-                <span class="gap" />
-                <Tool label="Frame what is selected (F)" onClick={() => app.frameSelection()}>
-                    <Icon name="frame" />
-                </Tool>
-                <Tool label="Back to the scene’s camera (H)" onClick={() => app.goHome()}>
-                    <Icon name="home" />
-                </Tool>
-                <Tool
-                    label="Lamp markers (L)"
-                    pressed={app.markers.value}
-                    onClick={() => (app.markers.value = !app.markers.value)}
-                >
-                    <Icon name="lamp" />
-                </Tool>
-                <Tool label="Download the scene" onClick={() => void app.downloads.scene()}>
-                    <Icon name="save" />
-                </Tool>
-                <span class="gap" />
+                {!atStart && <SceneTools />}
                 <Tool label="High contrast" pressed={theme.contrast} onClick={theme.toggle}>
                     <Icon name="contrast" />
                 </Tool>
-                <Tool label="Keys and gestures (?)" onClick={() => (app.helpOpen.value = true)}>
-                    <Icon name="help" />
-                </Tool>
+                {!atStart && (
+                    <Tool label="Keys and gestures (?)" onClick={() => (app.helpOpen.value = true)}>
+                        <Icon name="help" />
+                    </Tool>
+                )}
             </nav>
         </header>
+    );
+}
+
+/** Whose scene this is; it opens the list of all. */
+function Here() {
+    const { projects } = useApp();
+    const { name } = projects.here.value!;
+    return (
+        <button type="button" class="toggle is-quiet project-here-name" title={`${name}: all projects`} aria-haspopup="dialog" onClick={() => projects.open()}>
+            {name}
+        </button>
+    );
+}
+
+function SceneTools() {
+    const app = useApp();
+    return (
+        <>
+            <Tool label="Undo (Z)" disabled={!app.mayEdit.value} onClick={() => void app.undo()}>
+                <Icon name="undo" />
+            </Tool>
+            <Tool label="Redo (Shift+Z)" disabled={!app.mayEdit.value} onClick={() => void app.redo()}>
+                <Icon name="redo" />
+            </Tool>
+            <span class="gap" />
+            <Tool label="Frame what is selected (F)" onClick={() => app.frameSelection()}>
+                <Icon name="frame" />
+            </Tool>
+            <Tool label="Back to the scene’s camera (H)" onClick={() => app.goHome()}>
+                <Icon name="home" />
+            </Tool>
+            <Tool
+                label="Lamp markers (L)"
+                pressed={app.markers.value}
+                onClick={() => (app.markers.value = !app.markers.value)}
+            >
+                <Icon name="lamp" />
+            </Tool>
+            <Tool label="Download the scene" onClick={() => void app.downloads.scene()}>
+                <Icon name="save" />
+            </Tool>
+            <span class="gap" />
+        </>
     );
 }
 

@@ -1,0 +1,371 @@
+/* The list of projects, and what people do with it: on disk, one order after the other, each on a thread. */
+#define _GNU_SOURCE /* pthread_setname_np */
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "server/base/log.h"
+#include "server/net/projects_internal.h"
+
+/* ---- the list ---- */
+
+static bool add_item(struct lum_projects *all, const struct lum_project_info *info)
+{
+    if (all->n_items == LUM_LIMIT_PROJECTS)
+        return false;
+    all->items[all->n_items++] = (struct lum_project_item){.info = *info};
+    return true;
+}
+
+static bool list_one(void *user, const struct lum_project_info *info)
+{
+    struct lum_projects *all = user;
+    const struct lum_log *log = &all->config.director.log;
+    if (lum_projects_item(all, info->id)) { /* somebody put it back by hand */
+        lum_log(log, LUM_LOG_ERROR, "projects", "%s is there twice: one of them is left out", info->id);
+        return true;
+    }
+    if (add_item(all, info))
+        return true;
+    lum_log(log, LUM_LOG_ERROR, "projects", "there are more than %u projects: some are left out", LUM_LIMIT_PROJECTS);
+    return false;
+}
+
+enum lum_status lum_projects_read_list(struct lum_projects *all, struct lum_error *err)
+{
+    all->items = lum_calloc(LUM_LIMIT_PROJECTS, sizeof *all->items);
+    if (!all->items)
+        return lum_fail(err, LUM_ERR_NOMEM, "projects", "no memory for the list of projects");
+    return lum_project_store_each(&all->store, &all->config.director.log, list_one, all, err);
+}
+
+struct lum_project_item *lum_projects_item(const struct lum_projects *all, const char *id)
+{
+    for (size_t i = 0; i < all->n_items; i++)
+        if (strcmp(all->items[i].info.id, id) == 0)
+            return &all->items[i];
+    return NULL;
+}
+
+size_t lum_projects_count(const struct lum_projects *all)
+{
+    return all->n_items;
+}
+
+const struct lum_project_info *lum_projects_nth(const struct lum_projects *all, size_t i)
+{
+    return &all->items[i].info;
+}
+
+/* ---- orders ---- */
+
+static bool push(struct lum_projects *all, const struct lum_project_order *order, bool quiet,
+                 struct lum_proto_error *err)
+{
+    struct lum_project_work *w = lum_calloc(1, sizeof *w);
+    if (!w)
+        return lum_proto_fail_memory(err);
+    w->all = all;
+    w->order = *order;
+    w->quiet = quiet;
+    *all->works_tail = w;
+    all->works_tail = &w->next;
+    all->n_works++;
+    return true;
+}
+
+/* Who must not be in a project that is deleted. */
+static bool may_be_deleted(const struct lum_projects *all, const char *id, struct lum_proto_error *err)
+{
+    const struct lum_project *p = lum_projects_find_open(all, id);
+    bool used = p && (p->stage == LUM_STAGE_OPENING || (p->stage == LUM_STAGE_OPEN && !lum_project_is_idle(p)));
+    return !used || lum_proto_fail(err, LUM_PROTO_APPLICATION, "in_use", "project",
+                                   "somebody is in this project: it can be deleted when everybody has left it");
+}
+
+static bool is_there(const struct lum_projects *all, const char *id)
+{
+    const struct lum_project_item *item = lum_projects_item(all, id);
+    return item && !item->info.deleted_s && !item->going;
+}
+
+static bool check_order(const struct lum_projects *all, const struct lum_project_order *o,
+                        struct lum_project_item **ret_item, struct lum_proto_error *err)
+{
+    if (!all->many)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "method",
+                              "this server has one scene, and no projects");
+    if (all->n_works >= LUM_LIMIT_PROJECT_REQUESTS)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "busy", "",
+                              "too much is being done with projects; try again");
+    if (o->verb == LUM_PROJECT_CREATE && all->n_items + all->n_works >= LUM_LIMIT_PROJECTS)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "",
+                              "a server has at most %u projects, those in the trash, too", LUM_LIMIT_PROJECTS);
+    if (o->verb == LUM_PROJECT_CREATE && !o->from[0])
+        return true;
+    if (o->verb == LUM_PROJECT_CREATE)
+        return is_there(all, o->from) ||
+               lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "from", "there is no such project");
+    struct lum_project_item *item = *ret_item = lum_projects_item(all, o->info.id);
+    bool trashed = item && (item->info.deleted_s || item->going), wanted = o->verb == LUM_PROJECT_RESTORE;
+    if (item && trashed == wanted && !(wanted && item->going))
+        return o->verb != LUM_PROJECT_DELETE || may_be_deleted(all, o->info.id, err);
+    return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "project", "there is no such project%s",
+                          wanted ? " in the trash" : "");
+}
+
+bool lum_projects_order(struct lum_projects *all, const struct lum_project_order *order, struct lum_proto_error *err)
+{
+    struct lum_project_order o = *order;
+    struct lum_project_item *item = NULL;
+    if (!check_order(all, order, &item, err))
+        return false;
+    if (item) {
+        o.info = item->info;
+        if (o.verb == LUM_PROJECT_RENAME)
+            memcpy(o.info.name, order->info.name, sizeof o.info.name);
+    } else {
+        o.info.changed_s = time(NULL);
+    }
+    if (!push(all, &o, false, err))
+        return false;
+    if (o.verb == LUM_PROJECT_DELETE)
+        item->going = true;
+    lum_projects_turn_orders(all);
+    return true;
+}
+
+void lum_projects_write_item(struct lum_projects *all, const struct lum_project_item *item)
+{
+    struct lum_proto_error err;
+    const struct lum_project_order o = {.verb = LUM_PROJECT_RENAME, .info = item->info};
+    if (!push(all, &o, true, &err))
+        lum_log(&all->config.director.log, LUM_LOG_WARNING, "projects", "%s: no memory to note when it was changed",
+                item->info.id);
+}
+
+/* ---- the thread ---- */
+
+/* Whose scene is read; "": nobody's. */
+static const char *source_of(const struct lum_project_work *w)
+{
+    return w->order.verb == LUM_PROJECT_CREATE ? w->order.from
+           : w->order.verb == LUM_VERSION_KEEP ? w->order.info.id
+                                               : "";
+}
+
+static enum lum_status keep_version(struct lum_project_work *w, const struct lum_project_source *source,
+                                    const struct lum_log *log)
+{
+    struct lum_project_info version = {.changed_s = w->now_s};
+    memcpy(version.name, w->order.version_name, sizeof version.name);
+    enum lum_status st = lum_version_keep(&w->all->store, source, &version, log, &w->err);
+    memcpy(w->order.version, version.id, sizeof version.id);
+    return st;
+}
+
+static enum lum_status list_versions(struct lum_project_work *w, const struct lum_log *log)
+{
+    w->order.versions = lum_calloc(1, sizeof *w->order.versions);
+    if (!w->order.versions)
+        return lum_fail(&w->err, LUM_ERR_NOMEM, "", "no memory for the list of versions");
+    return lum_version_list(&w->all->store, w->order.info.id, w->order.versions, log, &w->err);
+}
+
+static enum lum_status carry_out(struct lum_project_work *w)
+{
+    struct lum_project_store *store = &w->all->store;
+    struct lum_project_info *info = &w->order.info;
+    const struct lum_log *log = &w->all->config.director.log;
+    struct lum_project_source source = {.state = w->has_state ? &w->state : NULL};
+    strcpy(source.id, source_of(w));
+    switch (w->order.verb) {
+    case LUM_PROJECT_CREATE:
+        memcpy(source.version, w->order.version, sizeof source.version);
+        return source.id[0] ? lum_project_copy(store, &source, info, log, &w->err)
+                            : lum_project_make(store, info, &w->err);
+    case LUM_VERSION_KEEP:
+        return keep_version(w, &source, log);
+    case LUM_VERSION_LIST:
+        return list_versions(w, log);
+    case LUM_VERSION_REMOVE:
+        return lum_version_remove(store, info->id, w->order.version, &w->err);
+    case LUM_PROJECT_RENAME:
+        return lum_project_write(store, info, &w->err);
+    case LUM_PROJECT_DELETE:
+        return lum_project_delete(store, info, w->now_s, &w->err);
+    case LUM_PROJECT_RESTORE:
+        return lum_project_restore(store, info, &w->err);
+    }
+    return LUM_ERR_INTERNAL;
+}
+
+static void *work_main(void *arg)
+{
+    struct lum_project_work *w = arg;
+    const struct lum_director_config *c = &w->all->config.director;
+    pthread_setname_np(pthread_self(), "lum-projects");
+    w->status = carry_out(w);
+    atomic_store(&w->thread.done, true);
+    c->wake_net(c->wake_user);
+    return NULL;
+}
+
+/* ---- turning ---- */
+
+/* Disk and list agree again. */
+static void settle(struct lum_projects *all, struct lum_project_work *w)
+{
+    const struct lum_project_info *info = &w->order.info;
+    struct lum_project_item *item = lum_projects_item(all, info->id);
+    if (item)
+        item->going = false;
+    if (w->status) {
+        lum_log(&all->config.director.log, LUM_LOG_ERROR, "projects", "%s", w->err.text);
+        return;
+    }
+    if (!item) { /* there is room: check_order */
+        (void)add_item(all, info);
+    } else if (w->order.verb <= LUM_PROJECT_RESTORE) {
+        memcpy(item->info.name, info->name, sizeof item->info.name);
+        item->info.deleted_s = info->deleted_s;
+    }
+}
+
+static void put_to_done(struct lum_projects *all, struct lum_project_work *w)
+{
+    lum_document_state_finish(&w->state);
+    if (w->held)
+        lum_project_leave(w->held, lum_clock_ns());
+    all->works = w->next;
+    all->n_works--;
+    if (!all->works)
+        all->works_tail = &all->works;
+    w->next = NULL;
+    if (w->quiet) {
+        lum_free(w);
+        return;
+    }
+    *all->done_tail = w;
+    all->done_tail = &w->next;
+}
+
+/* As the list is now: orders before it may have changed that. False: there is nothing to do any more. */
+static bool bring_up_to_date(const struct lum_projects *all, struct lum_project_work *w)
+{
+    const struct lum_project_item *item = lum_projects_item(all, w->order.info.id);
+    if (item)
+        w->order.info.changed_s = item->info.changed_s;
+    if (item && w->quiet)
+        w->order.info = item->info;
+    return !w->quiet || (item && !item->info.deleted_s);
+}
+
+/* Thread: the director's. */
+static void take_state(void *user, struct lum_document_state *state, bool ok)
+{
+    struct lum_project_work *w = user;
+    const struct lum_director_config *c = &w->all->config.director;
+    w->state = *state;
+    w->has_state = ok;
+    atomic_store(&w->given, true);
+    c->wake_net(c->wake_user);
+}
+
+/* Asks the director. False: memory is short. */
+static bool ask_for_state(struct lum_project_work *w, struct lum_project *p)
+{
+    struct lum_request *q = lum_request_create(&lum_request_copy_state);
+    if (!q)
+        return false;
+    q->give = take_state;
+    q->give_user = w;
+    w->held = p;
+    p->n_sessions++;
+    (void)lum_director_post(p->director, q); /* never refused: no client can ask for it */
+    return true;
+}
+
+/* What is deleted must be closed before, and what is copied must not come or go. */
+static bool may_begin(struct lum_projects *all, struct lum_project_work *w)
+{
+    bool deletes = w->order.verb == LUM_PROJECT_DELETE;
+    struct lum_project *p = lum_projects_find_open(all, deletes ? w->order.info.id : source_of(w));
+    if (deletes && p && lum_project_is_idle(p))
+        lum_project_close(p);
+    if (deletes || !p || (w->order.verb == LUM_PROJECT_CREATE && w->order.version[0]))
+        return !deletes || !p;
+    if (p->stage == LUM_STAGE_OPEN && !w->held && !ask_for_state(w, p)) {
+        w->status = lum_fail(&w->err, LUM_ERR_NOMEM, "", "no memory to copy the scene");
+        return true;
+    }
+    if (!w->held || !atomic_load(&w->given))
+        return false;
+    if (!w->has_state)
+        w->status = lum_fail(&w->err, LUM_ERR_NOMEM, "", "no memory to copy the scene");
+    return true;
+}
+
+void lum_projects_turn_orders(struct lum_projects *all)
+{
+    struct lum_project_work *w;
+    while ((w = all->works) != NULL) {
+        if (w->thread.runs) {
+            if (!atomic_load(&w->thread.done))
+                return;
+            lum_project_thread_end(&w->thread);
+            settle(all, w);
+            put_to_done(all, w);
+            continue;
+        }
+        if (!bring_up_to_date(all, w)) {
+            put_to_done(all, w);
+            continue;
+        }
+        if (!may_begin(all, w))
+            return;
+        w->now_s = time(NULL);
+        bool runs = !w->status && lum_project_thread_begin(&w->thread, work_main, w);
+        if (runs)
+            return;
+        if (!w->status)
+            w->status = lum_fail(&w->err, LUM_ERR_NOMEM, "", "a thread cannot be started");
+        settle(all, w);
+        put_to_done(all, w);
+    }
+}
+
+bool lum_projects_next_done(struct lum_projects *all, struct lum_project_order *ret_order, enum lum_status *ret_status,
+                            struct lum_error *err)
+{
+    struct lum_project_work *w = all->done;
+    if (!w)
+        return false;
+    all->done = w->next;
+    if (!all->done)
+        all->done_tail = &all->done;
+    *ret_order = w->order;
+    *ret_status = w->status;
+    *err = w->err;
+    lum_free(w);
+    return true;
+}
+
+/* At the end: what nobody has begun is left, but for what is ours, which is quick. */
+void lum_projects_drop_orders(struct lum_projects *all)
+{
+    struct lum_project_order o;
+    struct lum_error err;
+    enum lum_status st;
+    for (struct lum_project_work *w; (w = all->works) != NULL;) {
+        if (w->thread.runs)
+            lum_project_thread_end(&w->thread);
+        else if (w->quiet && bring_up_to_date(all, w))
+            (void)carry_out(w);
+        put_to_done(all, w);
+    }
+    while (lum_projects_next_done(all, &o, &st, &err)) {
+        free(o.rpc_id);
+        lum_free(o.versions);
+    }
+}
