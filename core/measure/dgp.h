@@ -11,7 +11,8 @@
 #include "core/base/base.h"
 
 #define LUM_DGP_SOURCE_CD_M2 2000.0
-#define LUM_DGP_MIN_LX 380.0 /* at the eye, of what the formula was made from: with less it is no probability */
+#define LUM_DGP_PEAK_CD_M2 50000.0 /* sources apart from others, as evalglare extracts them */
+#define LUM_DGP_MIN_LX 380.0       /* at the eye, of what the formula was made from: with less it is no probability */
 
 /* What glares. */
 struct lum_bright {

@@ -7,7 +7,6 @@
 #include "core/pass/settings.h"
 #include "core/path/wave.h"
 
-#define PEAK_CD_M2 50000.0 /* as evalglare extracts peaks */
 #define MERGED_RAD 0.2
 #define SOURCES_MAX 512u /* discs of 0.1 rad leave room for 200 on the hemisphere, twice: peaks are apart */
 #define CELLS_MAX (LUM_FISHEYE_SIDE * LUM_FISHEYE_SIDE)
@@ -117,6 +116,7 @@ static void trace_job(void *ctx, uint32_t job, uint32_t worker)
     lum_wave_begin(&w, t->snapshot, &counters, LUM_DEPTH_DEFAULT, 0);
     w.every_light = t->snapshot->lights.n_active <= LUM_WAVE_LIGHTS;
     w.lamps_apart = true;
+    w.apart_cd_m2 = (float)LUM_DGP_PEAK_CD_M2;
     for (uint32_t i = begin; i < end; i++) {
         uint32_t cell = f->next + i;
         struct lum_sampler sampler = lum_sampler_halves(cell, f->side, f->round, t->seed);
@@ -172,7 +172,7 @@ static bool describe(const double cd_m2[2], double cell_sr, struct source *ret)
     *ret = (struct source){0};
     for (int h = 0; h < 2; h++) {
         bright[h] = cd_m2[h] > LUM_DGP_SOURCE_CD_M2;
-        ret->peak = ret->peak || cd_m2[h] > PEAK_CD_M2;
+        ret->peak = ret->peak || cd_m2[h] > LUM_DGP_PEAK_CD_M2;
         if (!bright[h])
             continue;
         ret->solid_angle += 0.5 * cell_sr;

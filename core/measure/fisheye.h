@@ -1,6 +1,6 @@
 /* The luminance that an eye sees in every direction before it, by paths, and what of it glares by day (dgp.h): the sky,
  * through panes as well, what the sun shines on, its mirror images. Lamps and the sun, which a cell may be too large
- * for, are left out: lum_glare_of has them exactly.
+ * for, also one that a picture of the sky shows, are left out: lum_glare_of has them exactly.
  *
  * Paths come in rounds, one for each cell of equal solid angle; even and odd rounds are two halves, independent of each
  * other. One half says which cells are bright, the other how bright: noise makes no source, nor its square a larger

@@ -1,5 +1,6 @@
 #include "core/measure/ugr.h"
 
+#include "core/light/environment.h"
 #include "core/light/sample.h"
 #include "core/math/sampler.h"
 #include "core/trace/rays.h"
@@ -90,8 +91,9 @@ static void add_sample(struct seen *seen, const struct lum_light_sample *at, str
         add(&seen->bright, cd_m2 * cd_m2 * per / (p * p), seen->n);
 }
 
+/* What is not brighter than least_cd_m2, before anything dims it, is left out. */
 static void see(const struct lum_snapshot *s, uint32_t light, const struct eye *eye, uint32_t n, uint32_t seed,
-                struct seen *ret)
+                double least_cd_m2, struct seen *ret)
 {
     struct lum_counters counters = {0};
     struct lum_light_sample samples[LUM_RAY_BATCH];
@@ -116,7 +118,8 @@ static void see(const struct lum_snapshot *s, uint32_t light, const struct eye *
         struct lum_rgb l = trace.panes ? lum_rgb_mul(samples[i].radiance, left[i]) : samples[i].radiance;
         if (s->n_media > 0)
             l = lum_rgb_mul(l, lum_media_transmittance(s, eye->at, samples[i].wi, samples[i].distance));
-        add_sample(ret, &samples[i], l, eye);
+        if ((double)lum_luminance(samples[i].radiance) > least_cd_m2)
+            add_sample(ret, &samples[i], l, eye);
     }
 }
 
@@ -156,6 +159,37 @@ static void count_in(struct lum_glare *glare, const struct lum_light *l, const s
     }
 }
 
+/* ---- a sun in the picture of a sky ---- */
+
+static bool has_peak(const struct lum_light *l)
+{
+    double cd_m2 = (double)lum_luminance(l->power);
+    if (l->env)
+        cd_m2 *= lum_env_map_peak(l->env) * lum_env_map_mean_luminance(l->env);
+    return cd_m2 > LUM_DGP_PEAK_CD_M2;
+}
+
+/* Directions are drawn by their luminance: what is small and bright gets most of them. A sun that gives a tenth of a
+ * sky's light is then known to 0.005 of DGP. */
+#define PEAK_BATCHES 4u
+
+static void see_peak(const struct lum_snapshot *s, const struct eye *eye, uint32_t seed, struct lum_glare *glare,
+                     double *inout_variance)
+{
+    struct mean bright = {0};
+    for (uint32_t i = 0; i < PEAK_BATCHES; i++) {
+        struct seen seen;
+        see(s, s->lights.environment, eye, LUM_RAY_BATCH, seed + i, LUM_DGP_PEAK_CD_M2, &seen);
+        bright.value += seen.bright.value / PEAK_BATCHES;
+        bright.square += seen.bright.square / PEAK_BATCHES;
+    }
+    if (!(bright.value > 0.0))
+        return;
+    glare->bright.sum += bright.value;
+    glare->bright.n++;
+    *inout_variance += bright.value * bright.value * relative_variance(&bright, PEAK_BATCHES * LUM_RAY_BATCH);
+}
+
 void lum_glare_of(const struct lum_snapshot *s, const struct lum_observer *o, uint32_t n_rays, uint32_t seed,
                   struct lum_glare *ret)
 {
@@ -167,9 +201,12 @@ void lum_glare_of(const struct lum_snapshot *s, const struct lum_observer *o, ui
     for (uint32_t i = 0; i < s->lights.n_active; i++) {
         uint32_t light = s->lights.active[i];
         struct seen seen;
-        if (light == s->lights.environment)
+        if (light == s->lights.environment) {
+            if (has_peak(&s->lights.lights[light]))
+                see_peak(s, &eye, seed, ret, &v.bright);
             continue;
-        see(s, light, &eye, n_rays, seed, &seen);
+        }
+        see(s, light, &eye, n_rays, seed, 0.0, &seen);
         count_in(ret, &s->lights.lights[light], &seen, &eye, &v);
     }
     ret->sum_stderr = sqrt(v.sum);

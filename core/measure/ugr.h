@@ -34,8 +34,9 @@ struct lum_glare {
     double direct_lx, direct_stderr; /* straight from all lamps and the sun, at the eye */
     struct lum_bright bright;        /* of these, those that glare by day, each place with its own p */
 };
-/* By n_rays shadow rays for each lamp; the sky is background. The sun is no source of sum, nor one of the counts.
- * Thread: any. */
+/* By n_rays shadow rays for each lamp; the sky is background, but by day what it has above LUM_DGP_PEAK_CD_M2 (a sun in
+ * a picture of it) is a source, however small or coarse its texels are. The sun is no source of sum, nor one of the
+ * counts. Thread: any. */
 void lum_glare_of(const struct lum_snapshot *snapshot, const struct lum_observer *observer, uint32_t n_rays,
                   uint32_t seed, struct lum_glare *ret_glare);
 

@@ -166,16 +166,16 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
     return lum_power_heuristic(path->pdf_sa, pdf);
 }
 
-static bool is_seen_lamp(const struct lum_wave *w, const struct lum_path *path, uint32_t light)
+static bool is_seen_lamp(const struct lum_wave *w, const struct lum_path *path, uint32_t light, struct lum_rgb radiance)
 {
     return path->effect == LUM_EFFECT_ANTIALIAS && light != LUM_NO_OBJECT &&
-           w->snapshot->lights.lights[light].kind != LUM_EMIT_ENVIRONMENT;
+           (w->snapshot->lights.lights[light].kind != LUM_EMIT_ENVIRONMENT || lum_luminance(radiance) > w->apart_cd_m2);
 }
 
 /* What shines at the end of the path's ray. */
 static void add(struct lum_wave *w, const struct lum_path *path, uint32_t light, struct lum_rgb radiance, float weight)
 {
-    if (w->lamps_apart && is_seen_lamp(w, path, light))
+    if (w->lamps_apart && is_seen_lamp(w, path, light, radiance))
         return;
     struct lum_rgb value = lum_rgb_scale(lum_rgb_mul(path->throughput, radiance), weight);
     if (w->at_first && w->keeps_first) {

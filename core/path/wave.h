@@ -80,7 +80,8 @@ struct lum_wave {
                                 what is before that. Set after lum_wave_begin */
     bool keeps_first;        /* likewise: what shines where rays from the eye end goes to first, and not to radiance */
     bool lamps_apart; /* likewise: lamps and the sun that the eye sees, straight or through panes, are left out: who
-                         started the paths counts them. The sky is none */
+                         started the paths counts them. Of the sky what is brighter than apart_cd_m2 is one */
+    float apart_cd_m2;
     bool at_first;    /* while the first segments of eye paths are looked at */
     bool every_light; /* vertices sample every light, and do not pick one; of at most LUM_WAVE_LIGHTS that are on */
     /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light whose direct light nothing gets (the eye and mirrors

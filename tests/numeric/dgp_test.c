@@ -160,6 +160,61 @@ static void the_sun(void **state)
     rig_end(&r);
 }
 
+/* Integral of L^2 dw / p^2 over a square of the sky around (0, up), of what is above 50 000 cd/m2. */
+static double painted_sum(const struct rig *r, double up_deg, double half_deg)
+{
+    enum { STEPS = 800 };
+    double sum = 0.0, step = 2 * half_deg / STEPS;
+    for (int i = 0; i < STEPS * STEPS; i++) {
+        double up = up_deg - half_deg + (i / STEPS + 0.5) * step;
+        struct lum_vec3d at = at_distance(1, -half_deg + (i % STEPS + 0.5) * step, up);
+        struct lum_vec3 d = lum_v3((float)at.x, (float)at.y, (float)at.z);
+        double l = (double)lum_luminance(lum_lights_background(&r->snapshot->lights, d, false));
+        double p = lum_position_index(lum_v3(0, 0, -1), lum_v3(0, 1, 0), d);
+        if (l > LUM_DGP_PEAK_CD_M2)
+            sum += l * l / (p * p) * step * step * (PI / 180) * (PI / 180) * cos(up * PI / 180);
+    }
+    return sum;
+}
+
+/* A sun that a picture of the sky shows, of one texel that is 2.8, 0.7 or 0.18 degrees across, with as much light: the
+ * last is a tenth of a cell of the fisheye. All are as the picture has them, bilinear between texels. */
+static void a_painted_sun(void **state)
+{
+    (void)state;
+    static const uint32_t widths[] = {128, 512, 2048};
+    for (size_t k = 0; k < LUM_ARRAY_LEN(widths); k++) {
+        uint32_t w = widths[k], h = w / 2, y = h / 3, x = w / 4; /* beside -Z */
+        double across = 2 * PI / w, up_deg = 90 - (y + 0.5) * 180 / h;
+        float *pixels = lum_calloc((size_t)w * h * 3, sizeof *pixels);
+        assert_non_null(pixels);
+        for (size_t i = 0; i < (size_t)w * h * 3; i++)
+            pixels[i] = 1.0f;
+        for (int c = 0; c < 3; c++)
+            pixels[((size_t)y * w + x) * 3 + c] = (float)(2000 / (600 * across * across * cos(up_deg * PI / 180)));
+        struct rig r;
+        struct lum_sensor_result glance;
+        begin(&r, 600);
+        const struct lum_image_desc image = {LUM_TEXEL_RGB32F, w, h, pixels};
+        RIG_OK(lum_scene_put_image(r.scene, "sky", &image, &err));
+        struct lum_light_desc sky = {
+            .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 600, .image = "sky", .on = true};
+        rig_light(&r, "sky", &sky);
+        rig_commit(&r);
+        lum_free(pixels);
+        struct lum_sensor_result is = observe(&r, &glance);
+        double half_deg = 1.6 * across * 180 / PI, sum = painted_sum(&r, up_deg, 3 * half_deg);
+        char what[40];
+        snprintf(what, sizeof what, "a sun in %u texels", w);
+        assert_true(sum > 0.0);
+        expect(what, &is, is.eye.value, sum, 1e-3);
+        expect(what, &glance, glance.eye.value, sum, 1e-3);
+        assert_true(fabs(is.eye.value / (PI * 600 + 2000 * cos(up_deg * PI / 180)) - 1) < 0.03);
+        assert_true(is.n_bright >= 1 && is.dgp.stderr_of < 0.006); /* a wide sun has a rim that is a source, too */
+        rig_end(&r);
+    }
+}
+
 /* A lamp of 0.4 x 0.4 m and 20 000 cd/m2 from 3 m, 30 degrees to the side (p = 1.468), facing the eye; a bulb, which
  * has no luminance, adds to the light at the eye alone. Then a clear pane stands before both: 4 % are lost at either
  * face. */
@@ -219,8 +274,10 @@ static void noise_is_no_source(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_formula), cmocka_unit_test(errors_are_slopes), cmocka_unit_test(an_even_sky),
-        cmocka_unit_test(the_sun),     cmocka_unit_test(a_lamp_and_a_pane), cmocka_unit_test(noise_is_no_source),
+        cmocka_unit_test(the_formula),        cmocka_unit_test(errors_are_slopes),
+        cmocka_unit_test(an_even_sky),        cmocka_unit_test(the_sun),
+        cmocka_unit_test(a_painted_sun),      cmocka_unit_test(a_lamp_and_a_pane),
+        cmocka_unit_test(noise_is_no_source),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
