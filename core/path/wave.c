@@ -259,6 +259,7 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->gloss_survival = 1.0f;
     w->every_light = false;
     w->illuminance = w->keeps_first = w->lamps_apart = w->at_first = false;
+    w->apart_cd_m2 = INFINITY;
     w->lights_off = effects_off & LIGHT_EFFECTS;
     w->lobes_off = effects_off & LOBE_EFFECTS;
     w->rays.n = w->shadow_rays.n = 0;
