@@ -154,6 +154,13 @@ static const char *source_of(const struct lum_project_work *w)
                                                : "";
 }
 
+bool lum_projects_is_read(const struct lum_projects *all, const char *id)
+{
+    const struct lum_project_work *w = all->works;
+    bool of_version = w && w->order.verb == LUM_PROJECT_CREATE && w->order.version[0];
+    return w && w->thread.runs && !w->has_state && !of_version && strcmp(source_of(w), id) == 0;
+}
+
 static enum lum_status keep_version(struct lum_project_work *w, const struct lum_project_source *source,
                                     const struct lum_log *log)
 {
@@ -218,7 +225,7 @@ static void settle(struct lum_projects *all, struct lum_project_work *w)
 {
     const struct lum_project_info *info = &w->order.info;
     struct lum_project_item *item = lum_projects_item(all, info->id);
-    if (item)
+    if (item && w->order.verb == LUM_PROJECT_DELETE)
         item->going = false;
     if (w->status) {
         lum_log(&all->config.director.log, LUM_LOG_ERROR, "projects", "%s", w->err.text);
@@ -256,7 +263,7 @@ static bool bring_up_to_date(const struct lum_projects *all, struct lum_project_
     const struct lum_project_item *item = lum_projects_item(all, w->order.info.id);
     if (item)
         w->order.info.changed_s = item->info.changed_s;
-    if (item && w->quiet)
+    if (item && (w->quiet || w->order.verb != LUM_PROJECT_RENAME)) /* whose name is the order */
         w->order.info = item->info;
     return !w->quiet || (item && !item->info.deleted_s);
 }

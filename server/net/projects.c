@@ -289,7 +289,7 @@ enum lum_project_door lum_projects_enter(struct lum_projects *all, const char *i
         p = lum_projects_find_open(all, id);
     }
     if (!p)
-        return begin_opening(all, &item->info, now_ns, err);
+        return lum_projects_is_read(all, id) ? LUM_PROJECT_SOON : begin_opening(all, &item->info, now_ns, err);
     if (p->stage == LUM_STAGE_FAILED)
         return refuse_failed(p, err);
     if (p->stage != LUM_STAGE_OPEN)

@@ -85,6 +85,8 @@ struct lum_project_item *lum_projects_item(const struct lum_projects *all, const
 void lum_projects_turn_orders(struct lum_projects *all);
 /* What is known of its changes goes to disk. */
 void lum_projects_write_item(struct lum_projects *all, const struct lum_project_item *item);
+/* An order reads the project's folder, which its director must not open meanwhile. */
+bool lum_projects_is_read(const struct lum_projects *all, const char *id);
 void lum_projects_drop_orders(struct lum_projects *all); /* the one that runs is waited for */
 
 #endif

@@ -140,8 +140,10 @@ void lum_session_close(struct lum_session *s)
         lum_stream_unref(s->streams[i]);
     s->n_streams = 0;
     lum_session_stop_waiting(s);
-    if (!s->greeted)
+    if (!s->greeted) {
+        leave_project(s);
         return;
+    }
     s->table->n_greeted--;
     if (s->project)
         lum_uploads_drop(lum_project_uploads(s->project), s->ref);
@@ -464,7 +466,7 @@ void lum_sessions_deliver(struct lum_sessions *sessions)
             deliver_all(sessions, p);
     }
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
-        if (sessions->slots[i].waiting)
+        if (sessions->slots[i].waiting && !sessions->slots[i].close)
             lum_session_go_on_waiting(&sessions->slots[i], now_ns);
     lum_sessions_answer_orders(sessions);
 }

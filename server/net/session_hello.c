@@ -143,12 +143,12 @@ void lum_session_go_on_waiting(struct lum_session *s, int64_t now_ns)
         lum_session_abort(s, LUM_CLOSE_REVOKED);
         return;
     }
-    enum lum_project_door door = enter(s, &hello, id, now_ns);
+    enum lum_project_door door = is_full(s, id) ? LUM_PROJECT_NO : enter(s, &hello, id, now_ns);
     if (door == LUM_PROJECT_SOON)
         return;
     s->waiting_id = NULL;
     lum_session_stop_waiting(s);
-    if (door == LUM_PROJECT_IN && !is_full(s, id))
+    if (door == LUM_PROJECT_IN)
         greet(s, &hello, id, now_ns);
     free(id);
 }

@@ -273,7 +273,7 @@ static void count_version(void *user, const char *name)
 {
     struct looking *l = user;
     l->n += is_version(name);
-    if (strncmp(name, LUM_PROJECT_PART, sizeof LUM_PROJECT_PART - 1) == 0) /* of a crash: only one is made at a time */
+    if (lum_project_is_part(name)) /* of a crash: only one is made at a time */
         lum_dir_remove_tree(l->dir->fd, name);
 }
 

@@ -31,6 +31,12 @@ bool lum_project_id_is(const char *text)
     return strspn(text, id_alphabet) == LUM_PROJECT_ID_BYTES && text[LUM_PROJECT_ID_BYTES] == '\0';
 }
 
+bool lum_project_is_part(const char *folder)
+{
+    const size_t n = sizeof LUM_PROJECT_PART - 1;
+    return strncmp(folder, LUM_PROJECT_PART, n) == 0 && lum_project_id_is(folder + n);
+}
+
 enum lum_status lum_project_make_id(lum_project_id ret_id, struct lum_error *err)
 {
     unsigned char bytes[LUM_PROJECT_ID_BYTES];
@@ -203,8 +209,7 @@ static void sweep_one(void *user, const char *name)
 {
     struct sweep *s = user;
     struct lum_project_info info;
-    bool torn = strncmp(name, LUM_PROJECT_PART, sizeof LUM_PROJECT_PART - 1) == 0;
-    if (torn || (is_in_trash(name, &info) && info.deleted_s < s->now_s - LUM_LIMIT_TRASH_S))
+    if (lum_project_is_part(name) || (is_in_trash(name, &info) && info.deleted_s < s->now_s - LUM_LIMIT_TRASH_S))
         lum_dir_remove_tree(s->store->dir.fd, name);
 }
 

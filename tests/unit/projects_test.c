@@ -355,6 +355,61 @@ static void one_that_cannot_be_opened_is_told_and_tried_again(void **state)
     end(&f);
 }
 
+/* What begins as ours do and is another's is let be. */
+static void files_of_others_stay(void **state)
+{
+    char path[600];
+    struct stat st;
+    static const char *const names[] = {"part.mine", "part.", "part.ABCDEFGHIJKLMNOP"};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(names); i++) {
+        snprintf(path, sizeof path, "%s/%s", (const char *)*state, names[i]);
+        assert_int_equal(mkdir(path, 0700), 0);
+    }
+    assert_int_equal(look(*state, NOW_S).n, 0);
+    for (size_t i = 0; i < LUM_ARRAY_LEN(names); i++) {
+        snprintf(path, sizeof path, "%s/%s", (const char *)*state, names[i]);
+        assert_int_equal(stat(path, &st), 0);
+    }
+}
+
+/* Orders of one project that wait together: a name that was given before the trash is that in the trash, and from the
+ * order on nobody gets in, whatever else is done first. */
+static void orders_that_wait_together(void **state)
+{
+    struct open_fixture f;
+    struct lum_proto_error proto;
+    struct lum_error err;
+    enum lum_status st;
+    struct lum_project *p = NULL;
+    const enum lum_project_verb verbs[] = {LUM_PROJECT_RENAME, LUM_VERSION_LIST, LUM_PROJECT_DELETE};
+    begin(&f, *state, 1);
+    for (size_t i = 0; i < LUM_ARRAY_LEN(verbs); i++) {
+        struct lum_project_order o = {.verb = verbs[i], .info.name = "foyer"};
+        strcpy(o.info.id, f.ids[0]);
+        assert_true(lum_projects_order(f.all, &o, &proto));
+    }
+    for (size_t n = 0; n < LUM_ARRAY_LEN(verbs);) {
+        struct lum_project_order o;
+        assert_int_equal(lum_projects_enter(f.all, f.ids[0], f.now_ns, &p, &proto), LUM_PROJECT_NO);
+        if (lum_projects_next_done(f.all, &o, &st, &err)) {
+            assert_int_equal(st, LUM_OK);
+            lum_free(o.versions);
+            n++;
+            continue;
+        }
+        sem_wait(&woken);
+        lum_projects_turn(f.all, f.now_ns);
+    }
+    end(&f);
+    struct found found = look(*state, NOW_S);
+    for (size_t i = 0; i < found.n; i++)
+        if (strcmp(found.infos[i].id, f.ids[0]) == 0) {
+            assert_string_equal(found.infos[i].name, "foyer");
+            assert_true(found.infos[i].deleted_s > 0);
+        }
+    assert_int_equal(found.n, LUM_ARRAY_LEN(f.ids));
+}
+
 /* A name that is given while the project is closed, and written down at its end, is not lost. */
 static void what_is_noted_at_the_end_keeps_a_new_name(void **state)
 {
@@ -385,6 +440,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(the_longest_unused_goes_first, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(memory_comes_back_from_those_that_nobody_is_in, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(one_that_cannot_be_opened_is_told_and_tried_again, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(files_of_others_stay, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(orders_that_wait_together, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(what_is_noted_at_the_end_keeps_a_new_name, make_folder, remove_folder),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
