@@ -170,6 +170,39 @@ bool lum_motion_mask_around_tile(const struct lum_motion_mask *motion_mask, cons
     return any_changed(motion_mask, tiling, tile, 1);
 }
 
+/* Box around the surface points that the eye saw in a tile. False: there were none. */
+static bool tile_seen(const struct lum_motion_mask *motion_mask, const struct lum_tile_rect *r,
+                      struct lum_bounds *ret_box)
+{
+    *ret_box = (struct lum_bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    for (uint32_t y = r->y; y < r->y + r->h; y += LUM_MOTION_BLOCK_SIDE)
+        for (uint32_t x = r->x; x < r->x + r->w; x += LUM_MOTION_BLOCK_SIDE) {
+            uint32_t block = y / LUM_MOTION_BLOCK_SIDE * motion_mask->blocks.nx + x / LUM_MOTION_BLOCK_SIDE;
+            const struct lum_bounds *seen = &motion_mask->seen[block];
+            if (!(seen->lo.x <= seen->hi.x))
+                continue;
+            lum_bounds_grow(ret_box, seen->lo);
+            lum_bounds_grow(ret_box, seen->hi);
+        }
+    return ret_box->lo.x <= ret_box->hi.x;
+}
+
+bool lum_motion_mask_between(const struct lum_motion_mask *motion_mask, const struct lum_tiling *tiling, uint32_t tile,
+                             const struct lum_bounds *light)
+{
+    struct lum_tile_rect r = lum_tile_at(tiling, tile);
+    struct lum_bounds seen;
+    return lum_motion_mask_around_tile(motion_mask, tiling, tile) ||
+           (tile_seen(motion_mask, &r, &seen) && lum_motion_meets_between(&motion_mask->motion, &seen, light));
+}
+
+bool lum_motion_mask_light(const struct lum_motion_mask *motion_mask, const struct lum_light *light,
+                           struct lum_bounds *ret_bounds)
+{
+    return lum_light_bounds(motion_mask->snapshot, light, ret_bounds) &&
+           !(light->kind == LUM_EMIT_MESH && lum_motion_moves(&motion_mask->motion, light->instance, ret_bounds));
+}
+
 static bool same_hit(const struct lum_hits *a, const struct lum_hits *b, uint32_t i)
 {
     return a->object[i] == b->object[i] &&

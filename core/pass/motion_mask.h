@@ -36,6 +36,14 @@ bool lum_motion_mask_tile(const struct lum_motion_mask *motion_mask, const struc
 bool lum_motion_mask_around_tile(const struct lum_motion_mask *motion_mask, const struct lum_tiling *tiling,
                                  uint32_t tile);
 
+/* What moved may be between a light and what the eye sees in a tile, or in the pixels beside it. */
+bool lum_motion_mask_between(const struct lum_motion_mask *motion_mask, const struct lum_tiling *tiling, uint32_t tile,
+                             const struct lum_bounds *light);
+/* The box of a light that stayed where it was. False: it moved, or has none. What a mesh shines on gets other light
+ * when it moves, even where it is seen as before. */
+bool lum_motion_mask_light(const struct lum_motion_mask *motion_mask, const struct lum_light *light,
+                           struct lum_bounds *ret_bounds);
+
 struct lum_pass;
 void lum_motion_mask_finish(struct lum_motion_mask *motion_mask);
 /* Finds out what moved since the last call, whose picture the surfaces show; NULL: the method has none. Out of memory,

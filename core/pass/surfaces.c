@@ -170,17 +170,20 @@ struct lum_rgb lum_pass_transmittance(const struct lum_pass *pass, size_t pixel)
 }
 
 struct lum_rgb lum_surfaces_shine(const struct lum_snapshot *s, const struct lum_gbuffer *gbuffer,
-                                  const struct lum_tiling *tiling, const struct lum_eye *eye, uint32_t x, uint32_t y)
+                                  const struct lum_tiling *tiling, const struct lum_eye *eye, uint32_t x, uint32_t y,
+                                  uint32_t *ret_light)
 {
     uint32_t tile = y / tiling->side * tiling->nx + x / tiling->side;
     struct lum_tile_rect r = lum_tile_at(tiling, tile);
     const struct lum_hits *hits = &gbuffer->tiles[tile];
     uint32_t slot = (y - r.y) * r.w + x - r.x;
     struct lum_vec3 d = lum_eye_direction(eye, (float)x + 0.5f, (float)y + 0.5f);
+    *ret_light = s->lights.environment;
     if (hits->object[slot] == LUM_NO_OBJECT)
         return lum_lights_background(&s->lights, d, true);
     struct lum_surface surface;
     lum_snapshot_surface(s, hits, slot, d, &surface);
+    *ret_light = surface.light;
     if (surface.instance == LUM_NO_OBJECT)
         return surface.emission;
     struct lum_bsdf bsdf;

@@ -43,9 +43,11 @@ LUM_MUST_USE enum lum_status lum_surfaces_update(struct lum_surfaces *s, const s
 
 /* What media leave of the light that comes from there to the eye. */
 struct lum_rgb lum_pass_transmittance(const struct lum_pass *pass, size_t pixel);
-/* What shines by itself in the middle of a pixel, before what fog takes. Black: nothing, or it is off. */
+/* What shines by itself in the middle of a pixel, before what fog takes. Black: nothing, or it is off.
+ * *ret_light: the light of the snapshot that it is of; LUM_NO_OBJECT: none. */
 struct lum_rgb lum_surfaces_shine(const struct lum_snapshot *snapshot, const struct lum_gbuffer *gbuffer,
-                                  const struct lum_tiling *tiling, const struct lum_eye *eye, uint32_t x, uint32_t y);
+                                  const struct lum_tiling *tiling, const struct lum_eye *eye, uint32_t x, uint32_t y,
+                                  uint32_t *ret_light);
 /* Albedo for light on the far side of the sheet that pixel (x, y) shows. Not kept: few pixels show one. */
 struct lum_rgb lum_surfaces_far_albedo(const struct lum_pass *pass, uint32_t x, uint32_t y);
 

@@ -1,6 +1,7 @@
 #include "core/render/deferred.h"
 #include "core/effect/direct/direct.h"
 #include "core/method/method.h"
+#include "core/render/rough_known.h"
 
 #include <assert.h>
 #include <string.h>
@@ -206,7 +207,9 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
         lum_layers_finish(&d->layers);
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for what mirrors and glass show of lights");
     }
-    if (status == LUM_OK)
-        d->n_vpls = runner->stats->n_vpls;
-    return status;
+    if (status != LUM_OK)
+        return status;
+    d->n_vpls = runner->stats->n_vpls;
+    lum_rough_known_all(&d->layers);
+    return LUM_OK;
 }

@@ -55,7 +55,8 @@ static struct lum_rgb shine_of(const struct lum_pass *pass, const struct lum_def
     if (!(d->surfaces.kind[i] & LUM_PIXEL_SHINES))
         return lum_grey(0.0f);
     uint32_t x = (uint32_t)(i % t->w), y = (uint32_t)(i / t->w);
-    struct lum_rgb shine = lum_surfaces_shine(pass->snapshot, &d->gbuffer, t, &pass->eye, x, y);
+    uint32_t light;
+    struct lum_rgb shine = lum_surfaces_shine(pass->snapshot, &d->gbuffer, t, &pass->eye, x, y, &light);
     return pass->on[LUM_EFFECT_MEDIA] ? lum_rgb_mul(shine, lum_pass_transmittance(pass, i)) : shine;
 }
 

@@ -6,6 +6,7 @@
 
 #include "core/material/bsdf.h"
 #include "core/math/lanes.h"
+#include "core/render/rough_known.h"
 #include "core/scene/surface.h"
 
 /* Added to albedos before they are divided by: what is not in proportion to them (gloss, mirrors, black surfaces). */
@@ -17,8 +18,10 @@
 #define ENOUGH 0.05f
 
 struct job {
-    const struct lum_rough_picture *coarse;
+    const struct lum_pass *coarse;
     struct lum_rgb *light; /* of the coarse picture, over albedo */
+    struct lum_rough_known known;
+    struct lum_rgb *rest; /* the same, without lights that the layers of the full picture know; NULL: it knows none */
     const struct lum_pass *pass;
     float scale_x, scale_y; /* pixels of the coarse picture per one of the full */
 };
@@ -29,18 +32,51 @@ static struct lum_rgb divisor(const struct lum_surfaces *s, size_t pixel)
     return lum_rgb_add(s->albedo[pixel], lum_grey(matte ? MATTE_FLOOR : SHEEN_FLOOR));
 }
 
-/* Of a coarse pixel: what its surface reflects, over its albedo. */
-static struct lum_rgb light_at(const struct job *j, uint32_t x, uint32_t y)
+/* What shines by itself in a pixel; without `known`, what is not in layers that the full picture knows. */
+static struct lum_rgb shine_at(const struct job *j, const struct lum_pass *pass, uint32_t x, uint32_t y, bool known)
 {
-    const struct lum_rough_picture *c = j->coarse;
-    struct lum_rgb radiance = lum_film_mean(c->film, x, y);
-    size_t i = (size_t)y * c->film->w + x;
-    if (c->surfaces->kind[i] & LUM_PIXEL_SHINES) {
-        struct lum_rgb shine = lum_surfaces_shine(j->pass->snapshot, c->gbuffer, c->tiling, c->eye, x, y);
-        radiance = lum_rgb(lum_max(radiance.r - shine.r, 0.0f), lum_max(radiance.g - shine.g, 0.0f),
-                           lum_max(radiance.b - shine.b, 0.0f));
+    uint32_t light;
+    struct lum_rgb shine =
+        lum_surfaces_shine(j->pass->snapshot, pass->gbuffer, &pass->tiling, &pass->eye, x, y, &light);
+    return known || !lum_rough_knows(&j->known, light) ? shine : lum_grey(0.0f);
+}
+
+/* As the composite does. */
+static struct lum_rgb seen_through_media(const struct lum_pass *pass, size_t pixel, struct lum_rgb radiance)
+{
+    if (!pass->on[LUM_EFFECT_MEDIA] || pass->settings->illuminance || lum_rgb_black(radiance))
+        return radiance;
+    return lum_rgb_mul(radiance, lum_pass_transmittance(pass, pixel));
+}
+
+/* Of light what is left without a part of it. */
+static struct lum_rgb without(struct lum_rgb c, struct lum_rgb part)
+{
+    return lum_rgb(lum_max(c.r - part.r, 0.0f), lum_max(c.g - part.g, 0.0f), lum_max(c.b - part.b, 0.0f));
+}
+
+/* Of a tile of the coarse picture: what its surfaces reflect, over their albedo; of all light, and of that which layers
+ * do not know. */
+static void light_tile(struct job *j, uint32_t tile)
+{
+    const struct lum_pass *c = j->coarse;
+    struct lum_tile_rect r = lum_tile_at(&c->tiling, tile);
+    struct lum_rgb known[LUM_TILE_PIXELS];
+    if (j->rest)
+        lum_rough_known_sum(&j->known, c, tile, r.w * r.h, known);
+    for (uint32_t k = 0; k < r.w * r.h; k++) {
+        uint32_t x = r.x + k % r.w, y = r.y + k / r.w;
+        size_t i = (size_t)y * c->tiling.w + x;
+        bool shines = c->surfaces->kind[i] & LUM_PIXEL_SHINES;
+        struct lum_rgb radiance = lum_film_mean(c->film, x, y), over = divisor(c->surfaces, i);
+        struct lum_rgb shine = shines ? shine_at(j, c, x, y, true) : lum_grey(0.0f);
+        j->light[i] = lum_rgb_div(without(radiance, shine), over);
+        if (!j->rest)
+            continue;
+        shine = shines ? shine_at(j, c, x, y, false) : lum_grey(0.0f);
+        radiance = without(radiance, seen_through_media(c, i, known[k]));
+        j->rest[i] = lum_rgb_div(without(radiance, shine), over);
     }
-    return lum_rgb_div(radiance, divisor(c->surfaces, i));
 }
 
 /* ---- pixels of the full picture ---- */
@@ -49,6 +85,7 @@ static struct lum_rgb light_at(const struct job *j, uint32_t x, uint32_t y)
 #define LANES LUM_LANES
 
 struct span {
+    const struct lum_rgb *light; /* of the coarse picture, that it is to have */
     uint32_t n;
     size_t pixel;      /* the first */
     float x[LANES], y; /* in coarse pixels, whose centres are whole numbers */
@@ -71,7 +108,7 @@ static void load_span(struct span *s, const struct job *j)
         struct lum_vec3 p = fine->p[pixel], n = fine->n[pixel];
         s->px[i] = p.x, s->py[i] = p.y, s->pz[i] = p.z;
         s->nx[i] = n.x, s->ny[i] = n.y, s->nz[i] = n.z;
-        s->per_reach[i] = 1.0f / (0.5f * j->coarse->eye->per_pixel * fine->depth[pixel]);
+        s->per_reach[i] = 1.0f / (0.5f * j->coarse->eye.per_pixel * fine->depth[pixel]);
         s->kind[i] = fine->kind[pixel];
         s->object[i] = fine->object[pixel];
         s->by_object[i] = (fine->kind[pixel] & (LUM_PIXEL_SPECULAR | LUM_PIXEL_SHEET | LUM_PIXEL_SHINES)) != 0;
@@ -87,7 +124,7 @@ static void add_coarse(const struct job *j, const struct span *restrict s, uint3
     const struct lum_surfaces *coarse = j->coarse->surfaces;
     size_t from = (size_t)y * j->coarse->film->w + x;
     const struct lum_vec3 p = coarse->p[from], n = coarse->n[from];
-    const struct lum_rgb light = j->light[from];
+    const struct lum_rgb light = s->light[from];
     const uint32_t kind = coarse->kind[from], object = coarse->object[from];
     const float across = (float)x, down = reach - fabsf((float)y - s->y);
     for (uint32_t i = 0; i < LANES; i++) {
@@ -160,10 +197,10 @@ static bool shares(const struct lum_surfaces *s, size_t pixel, size_t other)
 }
 
 /* Most are not, and next to that nothing is asked of them. */
-static bool may_be_lone(const struct job *j, uint32_t x, uint32_t y)
+static bool may_be_lone(const struct job *j, const struct lum_rgb *light, uint32_t x, uint32_t y)
 {
     const uint32_t w = j->coarse->film->w, h = j->coarse->film->h;
-    const struct lum_rgb *at = &j->light[(size_t)y * w + x];
+    const struct lum_rgb *at = &light[(size_t)y * w + x];
     if (x == 0 || y == 0 || x + 1 >= w || y + 1 >= h)
         return true;
     float near = lum_luminance(at[-1]) + lum_luminance(at[1]) + lum_luminance(at[w]) + lum_luminance(*(at - w));
@@ -171,21 +208,21 @@ static bool may_be_lone(const struct job *j, uint32_t x, uint32_t y)
 }
 
 /* Of its light what others get. */
-static struct lum_rgb beyond(const struct job *j, int px, int py)
+static struct lum_rgb beyond(const struct job *j, const struct lum_rgb *light, int px, int py)
 {
     const int w = (int)j->coarse->film->w, h = (int)j->coarse->film->h;
     size_t pixel = (size_t)py * (size_t)w + (size_t)px;
-    float y = lum_luminance(j->light[pixel]), others = 0.0f, n = 0.0f;
+    float y = lum_luminance(light[pixel]), others = 0.0f, n = 0.0f;
     for (int qy = py > AROUND ? py - AROUND : 0; qy <= py + AROUND && qy < h; qy++)
         for (int qx = px > AROUND ? px - AROUND : 0; qx <= px + AROUND && qx < w; qx++) {
             size_t other = (size_t)qy * (size_t)w + (size_t)qx;
             if (other == pixel || !shares(j->coarse->surfaces, pixel, other))
                 continue;
             n += 1.0f;
-            others += lum_luminance(j->light[other]);
+            others += lum_luminance(light[other]);
         }
     float most = n > 0.0f ? LONE * others / n : y;
-    return y > most ? lum_rgb_scale(j->light[pixel], 1.0f - most / y) : lum_grey(0.0f);
+    return y > most ? lum_rgb_scale(light[pixel], 1.0f - most / y) : lum_grey(0.0f);
 }
 
 /* weight: 0 adds up the weights of those who get it; else one over their sum, and it is given. */
@@ -208,7 +245,7 @@ static float share_out(const struct job *j, int px, int py, struct lum_rgb share
 }
 
 /* Of all at once: what one gets makes no other less lone. */
-static enum lum_status share_lone(struct job *j, struct lum_error *err)
+static enum lum_status share_lone(const struct job *j, struct lum_rgb *inout_light, struct lum_error *err)
 {
     const uint32_t w = j->coarse->film->w, h = j->coarse->film->h;
     struct lum_rgb *gets = lum_calloc((size_t)w * h, sizeof *gets);
@@ -216,9 +253,9 @@ static enum lum_status share_lone(struct job *j, struct lum_error *err)
         return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for a rough picture");
     for (uint32_t y = 0; y < h; y++)
         for (uint32_t x = 0; x < w; x++) {
-            if (!may_be_lone(j, x, y))
+            if (!may_be_lone(j, inout_light, x, y))
                 continue;
-            struct lum_rgb share = beyond(j, (int)x, (int)y);
+            struct lum_rgb share = beyond(j, inout_light, (int)x, (int)y);
             if (!(lum_luminance(share) > 0.0f))
                 continue;
             float weight = share_out(j, (int)x, (int)y, share, 0.0f, gets);
@@ -227,14 +264,15 @@ static enum lum_status share_lone(struct job *j, struct lum_error *err)
             gets[pixel] = lum_rgb_mad(gets[pixel], share, -1.0f);
         }
     for (size_t i = 0; i < (size_t)w * h; i++)
-        j->light[i] = lum_rgb_add(j->light[i], gets[i]);
+        inout_light[i] = lum_rgb_add(inout_light[i], gets[i]);
     lum_free(gets);
     return LUM_OK;
 }
 
 /* ---- all of it ---- */
 
-static void write_span(const struct job *j, const struct span *s, uint32_t x, uint32_t y,
+/* known: what layers know of its light; NULL: it takes all from the coarse picture. */
+static void write_span(const struct job *j, const struct span *s, uint32_t x, uint32_t y, const struct lum_rgb *known,
                        struct lum_counters *inout_counters)
 {
     const struct lum_pass *pass = j->pass;
@@ -245,8 +283,9 @@ static void write_span(const struct job *j, const struct span *s, uint32_t x, ui
             lum_rgb_mul(lum_rgb(sum.r[i], sum.g[i], sum.b[i]), divisor(pass->surfaces, s->pixel + i));
         radiance = sum.weight[i] > 0.0f ? lum_rgb_scale(radiance, 1.0f / sum.weight[i]) : lum_grey(0.0f);
         if (s->kind[i] & LUM_PIXEL_SHINES)
-            radiance = lum_rgb_add(
-                radiance, lum_surfaces_shine(pass->snapshot, pass->gbuffer, &pass->tiling, &pass->eye, x + i, y));
+            radiance = lum_rgb_add(radiance, shine_at(j, pass, x + i, y, !known));
+        if (known)
+            radiance = lum_rgb_add(radiance, seen_through_media(pass, s->pixel + i, known[i]));
         lum_film_set(pass->film, x + i, y, radiance, &inout_counters->nonfinite);
     }
 }
@@ -262,9 +301,13 @@ static void tile_job(void *ctx, uint32_t tile, struct lum_counters *counters)
 {
     const struct job *j = ctx;
     const struct lum_tiling *tiling = &j->pass->tiling;
-    const struct lum_eye *eye = j->coarse->eye;
+    const struct lum_eye *eye = &j->coarse->eye;
     struct lum_tile_rect r = lum_tile_at(tiling, tile);
-    struct span s;
+    bool is_known = j->rest && j->known.whole[tile];
+    struct lum_rgb known[LUM_TILE_PIXELS];
+    struct span s = {.light = is_known ? j->rest : j->light};
+    if (is_known)
+        lum_rough_known_sum(&j->known, j->pass, tile, r.w * r.h, known);
     for (uint32_t y = r.y; y < r.y + r.h; y++) {
         s.y = in_coarse(j->scale_y, eye->h, tiling->h, y);
         for (uint32_t x = r.x; x < r.x + r.w; x += s.n) {
@@ -278,31 +321,43 @@ static void tile_job(void *ctx, uint32_t tile, struct lum_counters *counters)
             for (uint32_t i = s.n; i < LANES; i++)
                 s.x[i] = s.x[0];
             load_span(&s, j);
-            write_span(j, &s, x, y, counters);
+            write_span(j, &s, x, y, is_known ? known + (y - r.y) * r.w + (x - r.x) : NULL, counters);
         }
     }
 }
 
-enum lum_status lum_rough_upsample(const struct lum_rough_picture *coarse, const struct lum_pass *pass,
+/* Light of the coarse picture, ready to be looked up. */
+static enum lum_status take_light(struct job *j, struct lum_error *err)
+{
+    const struct lum_film *film = j->coarse->film;
+    lum_rough_known_init(&j->known, j->pass->layers, j->coarse->layers, &j->pass->snapshot->lights);
+    j->light = lum_calloc((size_t)film->w * film->h, sizeof *j->light);
+    if (j->known.chosen)
+        j->rest =
+            lum_calloc((size_t)film->w * film->h, sizeof *j->rest); /* without, all comes from the coarse picture */
+    if (!j->light)
+        return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for a rough picture");
+    for (uint32_t t = 0; t < j->coarse->tiling.n; t++)
+        light_tile(j, t);
+    enum lum_status status = share_lone(j, j->light, err);
+    return status == LUM_OK && j->rest ? share_lone(j, j->rest, err) : status;
+}
+
+enum lum_status lum_rough_upsample(const struct lum_pass *coarse, const struct lum_pass *pass,
                                    const struct lum_stage_runner *runner, struct lum_error *err)
 {
     int64_t begin_ns = lum_clock_ns();
-    const struct lum_film *film = coarse->film;
-    const struct lum_eye *a = &pass->eye, *b = coarse->eye;
+    const struct lum_eye *a = &pass->eye, *b = &coarse->eye;
     struct job job = {.coarse = coarse,
                       .pass = pass,
                       .scale_x = a->panorama ? a->per_column / b->per_column : a->per_pixel / b->per_pixel,
                       .scale_y = a->panorama ? a->per_row / b->per_row : a->per_pixel / b->per_pixel};
-    job.light = lum_calloc((size_t)film->w * film->h, sizeof *job.light);
-    if (!job.light)
-        return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for a rough picture");
-    for (uint32_t y = 0; y < film->h; y++)
-        for (uint32_t x = 0; x < film->w; x++)
-            job.light[(size_t)y * film->w + x] = light_at(&job, x, y);
-    enum lum_status status = share_lone(&job, err);
+    enum lum_status status = take_light(&job, err);
     if (status == LUM_OK)
         status = lum_stage_loop(runner, pass->tiling.n, tile_job, &job);
     lum_free(job.light);
+    lum_free(job.rest);
+    lum_rough_known_finish(&job.known);
     runner->stats->stage_ms[LUM_STAGE_UPSAMPLE] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
     return status;
 }

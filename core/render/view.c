@@ -303,8 +303,7 @@ static enum lum_status run_rough(struct lum_view *v, const struct lum_pass *fram
                                  const struct lum_stage_runner *runner, struct lum_error *err)
 {
     struct lum_view_settings settings = rough_settings(frame->settings);
-    struct lum_pass pass = *frame;
-    struct lum_eye eye;
+    struct lum_pass pass = *frame, coarse = *frame;
     enum lum_status status = v->rough ? LUM_OK : lum_view_create(v->pool, &v->rough, err);
     if (status == LUM_OK) {
         lum_view_share(v->rough, v->deferred.caches);
@@ -313,14 +312,18 @@ static enum lum_status run_rough(struct lum_view *v, const struct lum_pass *fram
         status = lum_view_pass(v->rough, frame->snapshot, &settings, runner->cancel, runner->stats, err);
     }
     if (status == LUM_OK)
-        status = lum_eye_init(&eye, &settings.camera, &frame->snapshot->norm, settings.w, settings.h, err);
+        status = lum_eye_init(&coarse.eye, &settings.camera, &frame->snapshot->norm, settings.w, settings.h, err);
     if (status == LUM_OK)
         status = lum_deferred_see(&v->deferred, &pass, runner, err);
-    if (status == LUM_OK)
-        status = lum_rough_upsample(&(struct lum_rough_picture){&v->rough->film, &v->rough->tiling,
-                                                                &v->rough->deferred.gbuffer,
-                                                                &v->rough->deferred.surfaces, &eye},
-                                    &pass, runner, err);
+    if (status == LUM_OK) {
+        coarse.settings = &settings;
+        coarse.tiling = v->rough->tiling;
+        coarse.gbuffer = &v->rough->deferred.gbuffer;
+        coarse.surfaces = &v->rough->deferred.surfaces;
+        coarse.layers = &v->rough->deferred.layers;
+        coarse.film = &v->rough->film;
+        status = lum_rough_upsample(&coarse, &pass, runner, err);
+    }
     if (status != LUM_OK)
         return status;
     runner->stats->preview = frame->settings->preview;

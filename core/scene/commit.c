@@ -164,6 +164,15 @@ static bool any_pane(const struct lum_snapshot_parts *p)
     return false;
 }
 
+/* Of all materials: objects may come to have it without an edit of materials. */
+static bool any_unlit(const struct lum_snapshot_parts *p)
+{
+    for (uint32_t i = 0; i < p->materials->n; i++)
+        if (p->materials->items[i].unlit)
+            return true;
+    return false;
+}
+
 static bool any_sheet(const struct lum_snapshot_parts *p)
 {
     for (uint32_t i = 0; i < p->instances->n; i++)
@@ -287,6 +296,7 @@ static void publish(struct commit *c, uint64_t scene_rev)
     s->panes = (struct lum_accel_panes){lum_snapshot_passes, s};
     s->has_panes = any_pane(p);
     s->has_sheets = any_sheet(p);
+    s->has_unlit = any_unlit(p);
     s->instances = p->instances->items;
     s->n_instances = p->instances->n;
     s->materials = p->materials->items;

@@ -291,12 +291,26 @@ bool lum_motion_keeps_numbers(const struct lum_motion *motion)
     return !motion->renumbers && !motion->everything;
 }
 
+/* Coordinates of a scene are at most that; twice, for what is rounded at LUM_FAR. */
+#define EXTENT 0x1p8f
+
+static struct lum_bounds around(struct lum_vec3 p, float by)
+{
+    return (struct lum_bounds){lum_v3_sub(p, lum_v3(by, by, by)), lum_v3_add(p, lum_v3(by, by, by))};
+}
+
 bool lum_light_bounds(const struct lum_snapshot *s, const struct lum_light *light, struct lum_bounds *ret_bounds)
 {
     if (light->kind == LUM_EMIT_MESH)
         *ret_bounds = lum_instance_bounds(&s->instances[light->instance]);
     else if (light->shape != LUM_NO_OBJECT)
         *ret_bounds = lum_shape_bounds(&s->parts->lights->shapes[light->shape]);
+    else if (light->kind == LUM_EMIT_POINT)
+        *ret_bounds = (struct lum_bounds){light->p, light->p};
+    else if (light->kind == LUM_EMIT_DIRECTIONAL)
+        *ret_bounds = around(lum_v3_mul(light->n, -LUM_FAR), EXTENT);
+    else if (light->kind == LUM_EMIT_FAR_DISC)
+        *ret_bounds = around(light->p, light->radius + EXTENT);
     else
         return false;
     return true;

@@ -60,7 +60,8 @@ bool lum_motion_met(const struct lum_motion *motion, struct lum_vec3 a, struct l
 /* Objects that are in both snapshots have the same numbers in both, and there are no others. */
 bool lum_motion_keeps_numbers(const struct lum_motion *motion);
 
-/* The box that an area light shines from. False: it has none. */
+/* The box that a light shines from; of one from afar, around all points that shadow rays to it go to. False: it has
+ * none: an environment. */
 bool lum_light_bounds(const struct lum_snapshot *s, const struct lum_light *light, struct lum_bounds *ret_bounds);
 
 #endif

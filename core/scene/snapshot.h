@@ -95,6 +95,7 @@ struct lum_snapshot {
     bool has_alpha;
     struct lum_accel_panes panes; /* of lum_material_is_pane */
     bool has_panes, has_sheets;   /* sheets: of lum_material_is_sheet */
+    bool has_unlit;               /* materials */
     const struct lum_instance *instances;
     uint32_t n_instances;
     const struct lum_material *materials;

@@ -7,7 +7,8 @@
 #include "server/world/apply.h"
 #include "tests/bench/bench.h"
 
-#define RADIUS 0.15  /* of the ball, over half the height of the picture where it flies */
+#define RADIUS 0.15 /* of the ball, over half the height of the picture where it flies */
+#define LAMP_RADIUS 0.03
 #define STEP 0.05    /* a frame, the same */
 #define ADVANCE 0.01 /* of the eye, a frame, over the distance of the middle */
 #define TURN_DEG 1.0 /* a frame */
@@ -94,6 +95,43 @@ bool lum_bench_motion_begin(const struct lum_bench_motion *m, struct lum_world *
         "{\"op\":\"add\",\"type\":\"object\",\"id\":\"truth-ball-1\",\"mesh\":\"truth-ball\","
         "\"material\":\"truth-white\",\"transform\":{\"translate\":[%.9g,%.9g,%.9g]}}\n",
         d, d, d, m->ball.x, m->ball.y, m->ball.z);
+    return apply(world, text);
+}
+
+bool lum_bench_motion_end(struct lum_world *world)
+{
+    return apply(world, "{\"lumend\":1,\"kind\":\"scene\"}\n{\"op\":\"remove\",\"id\":\"truth-ball-1\"}\n");
+}
+
+bool lum_bench_lamp_begin(const struct lum_bench_motion *m, struct lum_world *world)
+{
+    char text[512];
+    snprintf(text, sizeof text,
+             "{\"lumend\":1,\"kind\":\"scene\"}\n"
+             "{\"op\":\"add\",\"type\":\"light\",\"id\":\"bench-lamp\",\"kind\":\"sphere\",\"flux_lm\":1,"
+             "\"radius\":%.9g,\"position\":[%.9g,%.9g,%.9g]}\n",
+             LAMP_RADIUS * m->half_height_m, m->ball.x, m->ball.y, m->ball.z);
+    return apply(world, text);
+}
+
+bool lum_bench_lamp_set_lm(struct lum_world *world, double flux_lm)
+{
+    char text[256];
+    snprintf(text, sizeof text,
+             "{\"lumend\":1,\"kind\":\"scene\"}\n"
+             "{\"op\":\"set\",\"id\":\"bench-lamp\",\"path\":\"/flux_lm\",\"value\":%.9g}\n",
+             flux_lm);
+    return apply(world, text);
+}
+
+bool lum_bench_lamp_pose(const struct lum_bench_motion *m, uint32_t pose, struct lum_world *world)
+{
+    char text[256];
+    struct lum_vec3d at = along(m->ball, m->right, STEP * m->half_height_m * pose);
+    snprintf(text, sizeof text,
+             "{\"lumend\":1,\"kind\":\"scene\"}\n"
+             "{\"op\":\"set\",\"id\":\"bench-lamp\",\"path\":\"/position\",\"value\":[%.9g,%.9g,%.9g]}\n",
+             at.x, at.y, at.z);
     return apply(world, text);
 }
 

@@ -1,9 +1,10 @@
-/* What each setting of a method gives in time while something moves (motion.h), and what it costs in error: each alone,
- * beside rough passes, which are what pictures that must be there in time are made by. So it is shown whether a budget
- * of time should choose anything but the resolution.
+/* What each setting of a method gives in time while something moves (motion.h): a ball and the eye, or a lamp alone;
+ * and what it costs in error: each alone, beside rough passes, which are what pictures that must be there in time are
+ * made by. So it is shown whether a budget of time should choose anything but the resolution.
  *
  * All ways of a scene are measured pose by pose, one after the other in one process, over frames that build nothing
  * from scratch; the last one is compared. Times are those of a machine of its own (accuracy.c), rays are exact. */
+#include <math.h>
 #include <string.h>
 
 #include "tests/bench/motion.h"
@@ -32,6 +33,7 @@ struct rig {
     struct lum_bench_stand at;
     struct lum_bench_reference reference;
     struct lum_bench_motion motion;
+    bool lamp; /* it is a lamp that moves, and nothing else */
     struct way ways[MAX_WAYS];
     size_t n_ways;
 };
@@ -113,6 +115,24 @@ static bool run_frame(struct rig *rig, struct way *w, bool counts)
     return true;
 }
 
+/* A drag begins at a picture that is whole. */
+static bool rest(struct rig *rig, struct way *w)
+{
+    struct lum_pass_stats stats = {0};
+    struct lum_error err = {0};
+    bool ok = true;
+    while (ok && stats.spp == 0)
+        ok = lum_view_pass(w->view, rig->at.world.snapshot, &w->settings, NULL, &stats, &err) == LUM_OK;
+    return ok || lum_bench_failed(err.text);
+}
+
+static bool take_pose(struct rig *rig, uint32_t pose, struct lum_camera *ret_camera)
+{
+    *ret_camera = rig->at.settings.camera;
+    return rig->lamp ? lum_bench_lamp_pose(&rig->motion, pose, &rig->at.world)
+                     : lum_bench_motion_pose(&rig->motion, pose, &rig->at.world, ret_camera);
+}
+
 static uint32_t n_poses(const struct rig *rig)
 {
     return rig->at.options->quick ? QUICK_POSES : POSES;
@@ -128,11 +148,11 @@ static bool measure_seed(struct rig *rig, uint32_t seed)
     }
     for (uint32_t pose = 0; pose <= n_poses(rig) && ok; pose++) {
         struct lum_camera camera;
-        ok = lum_bench_motion_pose(&rig->motion, pose, &rig->at.world, &camera);
+        ok = take_pose(rig, pose, &camera);
         for (size_t i = 0; i < rig->n_ways && ok; i++) {
             rig->ways[i].settings.camera = camera;
             rig->ways[i].settings.seed = seed + 1; /* the reference's is 0 */
-            ok = run_frame(rig, &rig->ways[i], pose > 0);
+            ok = run_frame(rig, &rig->ways[i], pose > 0) && (pose > 0 || rest(rig, &rig->ways[i]));
         }
     }
     for (size_t i = 0; i < rig->n_ways && ok; i++) {
@@ -149,6 +169,7 @@ static bool measure_seed(struct rig *rig, uint32_t seed)
 
 static const struct lum_bench_column columns[] = {
     {"scene", "scene", LUM_BENCH_TEXT},
+    {"moves", "moves", LUM_BENCH_TEXT},
     {"method", "method", LUM_BENCH_TEXT},
     {"setting", "setting", LUM_BENCH_TEXT},
     {"ms", "ms", 1},
@@ -173,7 +194,8 @@ static void tell(const struct rig *rig, const struct way *w, uint32_t seeds, str
         base_relmse += base->relmse[s] / seeds;
         base_smape += base->smape[s] / seeds;
     }
-    LUM_BENCH_TEXTS(table, rig->at.place->scene, w->settings.method->name, w->name);
+    LUM_BENCH_TEXTS(table, rig->at.place->scene, rig->lamp ? "lamp" : "ball and eye", w->settings.method->name,
+                    w->name);
     LUM_BENCH_NUMBERS(table, lum_bench_median_of(w->ms, w->n), lum_bench_median_of(ratio, w->n), w->rays / base->rays,
                       lum_bench_median_of(w->first_ms, w->n_first), relmse, smape, relmse / base_relmse,
                       smape / base_smape);
@@ -194,13 +216,53 @@ static bool measure_method(struct rig *rig, const struct lum_method *method, str
     return ok;
 }
 
+static bool mean_of(struct rig *rig, double *ret_mean)
+{
+    struct lum_view *view = NULL;
+    struct lum_caches *caches = NULL;
+    struct way whole = {.settings = rig->at.settings};
+    bool ok = lum_bench_open_view(rig->at.world.pool, &view, &caches);
+    whole.view = view;
+    ok = ok && rest(rig, &whole);
+    if (ok) {
+        lum_bench_picture_of(view, rig->at.picture);
+        size_t n = (size_t)rig->at.settings.w * rig->at.settings.h;
+        *ret_mean = 0.0;
+        for (size_t i = 0; i < n; i++)
+            *ret_mean += (double)lum_luminance(
+                             lum_rgb(rig->at.picture[3 * i], rig->at.picture[3 * i + 1], rig->at.picture[3 * i + 2])) /
+                         (double)n;
+    }
+    lum_view_destroy(view);
+    lum_caches_destroy(caches);
+    return ok;
+}
+
+#define LAMP_BRINGS 0.5 /* of the picture's light without it */
+#define LAMP_MOST_LM 1e7
+
+/* So bright that it matters, whatever the scene: tenfold until that shows, and from there in proportion. */
+static bool add_lamp(struct rig *rig)
+{
+    double without, with = 0.0, lm = 0.1;
+    bool ok = mean_of(rig, &without) && lum_bench_lamp_begin(&rig->motion, &rig->at.world);
+    while (ok && lm < LAMP_MOST_LM && with < (1.0 + 0.5 * LAMP_BRINGS) * without) {
+        lm *= 10.0;
+        ok = lum_bench_lamp_set_lm(&rig->at.world, lm) && mean_of(rig, &with);
+    }
+    if (ok && with > without)
+        ok = lum_bench_lamp_set_lm(&rig->at.world, fmin(lm * LAMP_BRINGS * without / (with - without), LAMP_MOST_LM));
+    return ok;
+}
+
 /* Of the last pose. */
 static bool make_reference(struct rig *rig)
 {
     struct lum_view_settings settings = rig->at.settings;
     rig->motion = lum_bench_motion_plan(&rig->at.world, &rig->at.settings);
-    if (!lum_bench_motion_begin(&rig->motion, &rig->at.world) ||
-        !lum_bench_motion_pose(&rig->motion, n_poses(rig), &rig->at.world, &settings.camera))
+    bool ok = rig->lamp ? lum_bench_motion_end(&rig->at.world) && add_lamp(rig)
+                        : lum_bench_motion_begin(&rig->motion, &rig->at.world);
+    if (!ok || !take_pose(rig, n_poses(rig), &settings.camera))
         return false;
     struct lum_bench_truth truth = lum_bench_truth_of(rig->at.options, &rig->at.world, &settings);
     truth.or_more = true;
@@ -217,11 +279,16 @@ static void close_rig(void *of)
 static bool measure_scene(void *of, void *table)
 {
     struct rig *rig = of;
-    lum_bench_progress("settings: %s: reference", rig->at.place->scene);
-    bool ok =
-        lum_bench_stand_open(&rig->at, (const uint32_t[]){600, 400}, (const uint32_t[]){48, 32}) && make_reference(rig);
-    for (size_t m = 0; m < rig->at.n_methods && ok; m++)
-        ok = measure_method(rig, rig->at.methods[m], table);
+    bool ok = lum_bench_stand_open(&rig->at, (const uint32_t[]){600, 400}, (const uint32_t[]){48, 32});
+    for (int lamp = 0; lamp <= 1 && ok; lamp++) {
+        rig->lamp = lamp;
+        lum_bench_progress("settings: %s: reference", rig->at.place->scene);
+        ok = make_reference(rig);
+        for (size_t m = 0; m < rig->at.n_methods && ok; m++)
+            ok = measure_method(rig, rig->at.methods[m], table);
+        if (lamp == 0)
+            lum_bench_reference_finish(&rig->reference);
+    }
     return ok;
 }
 

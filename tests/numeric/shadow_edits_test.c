@@ -1,5 +1,5 @@
-/* Soft shadows after any edits: a view that has lived through them, passes that were cut short included, shows bit for
- * bit what a new one does. */
+/* Shadows after any edits, soft and hard: a view that has lived through them, passes that were cut short included,
+ * shows bit for bit what a new one does. */
 #include "tests/support/cut_short.h"
 
 enum { RUNS = 24, STEPS = 25 };
@@ -25,7 +25,7 @@ static void put_lamp(struct rig *r, struct dice *d, const char *id)
 {
     struct lum_light_desc l = rig_quad(rig_v(between(d, -1, 1), between(d, 2.2, 2.8), between(d, -1, 1)),
                                        rig_v(between(d, 0.3, 1.2), 0, 0), rig_v(0, 0, between(d, 0.3, 0.8)), 100);
-    uint32_t kind = roll(d, 4);
+    uint32_t kind = roll(d, 7);
     if (kind == 1) {
         l.kind = LUM_LIGHT_SPHERE;
         l.radius_m = between(d, 0.05, 0.3);
@@ -33,6 +33,14 @@ static void put_lamp(struct rig *r, struct dice *d, const char *id)
         l.kind = LUM_LIGHT_DISC;
         l.radius_m = between(d, 0.1, 0.5);
         l.direction = rig_v(0, -1, 0.2);
+    } else if (kind == 3) {
+        l = rig_point(rig_v(between(d, -1, 1), between(d, 1.6, 2.8), between(d, -1, 1)), 100);
+    } else if (kind >= 4) {
+        l = (struct lum_light_desc){.kind = LUM_LIGHT_DIRECTIONAL,
+                                    .direction = rig_v(between(d, -1, 1), -1, between(d, -1, 1)),
+                                    .diameter_rad = kind == 4 ? 0.0 : between(d, 0.01, 0.2),
+                                    .color = lum_grey(1),
+                                    .intensity = 50};
     }
     l.on = roll(d, 4) > 0;
     l.camera_visible = roll(d, 2);
@@ -183,6 +191,7 @@ static void any_edits_leave_nothing_stale(void **state)
         struct dice d = {run * 7919u + 1};
         struct rig r;
         begin_room(&r, &d);
+        r.settings.antialias = run % 2; /* of hard shadows */
         for (uint32_t step = 0; step < STEPS; step++) {
             for (uint32_t k = roll(&d, 3); k < 3; k++)
                 edit(&r, &d);

@@ -203,12 +203,63 @@ static void thin_stripes_are_no_dots(void **state)
     rig_end(&r);
 }
 
+/* A lamp that is dragged makes a picture rough, but not the sun's stripes: what has not changed is as sharp as before.
+ * Whether the lamp has a shape, which is then something that moves, or none. */
+static void what_does_not_change_stays_sharp(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 2);
+    rig_square(&r, "floor", 40);
+    rig_square(&r, "slat", 0.05);
+    rig_diffuse_object(&r, "floor", "grey", 0.5f, rig_v(0, 0, 0));
+    for (int i = 0; i < 12; i++) {
+        char id[16];
+        snprintf(id, sizeof id, "slat-%d", i);
+        rig_object(&r, id, "slat", "grey", rig_v(0.15 * i, 1, 0.4));
+    }
+    struct lum_light_desc sun = {
+        .kind = LUM_LIGHT_DIRECTIONAL, .direction = {0, -1, 0}, .color = lum_grey(1), .intensity = 5000.0, .on = true};
+    rig_light(&r, "sun", &sun);
+    rig_camera(&r, rig_v(0, 3, 0), rig_v(0.9, 0, 0.4), 60);
+    use_method(&r, "live");
+    r.settings.w = 150, r.settings.h = 106;
+    r.settings.max_spp = 1;
+    r.settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
+    for (int shape = 0; shape <= 1; shape++) {
+        struct lum_light_desc lamp = rig_point(rig_v(-2, 0.5, -2), 1e-3);
+        lamp.kind = shape ? LUM_LIGHT_SPHERE : lamp.kind;
+        lamp.radius_m = 0.05;
+        rig_light(&r, "lamp", &lamp);
+        rig_commit(&r);
+        r.settings.preview = 8;
+        rig_fresh_view(&r);
+        rig_pass(&r);
+        rig_pass(&r);
+        struct lum_rgb *before = rig_picture(&r);
+        lamp.position.x += 0.1;
+        rig_light(&r, "lamp", &lamp);
+        rig_commit(&r);
+        assert_int_equal(rig_pass(&r).preview, 8);
+        double off = 0.0;
+        const struct lum_film *film = lum_view_film(r.view);
+        for (uint32_t i = 0; i < film->w * film->h; i++)
+            off = fmax(off, fabs((double)(lum_film_mean(film, i % film->w, i / film->w).g - before[i].g)));
+        print_message("%s: off by %.2e of what the sun lights\n", shape ? "ball" : "point",
+                      off / (0.5 / LUM_PI_D * 5000.0));
+        assert_true(off < 1e-3 * 0.5 / LUM_PI_D * 5000.0); /* the lamp brings 1e-6 of it a metre away */
+        lum_free(before);
+    }
+    rig_end(&r);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(edges_are_those_of_the_full_picture),
         cmocka_unit_test(what_shines_reflects_too),
         cmocka_unit_test(thin_stripes_are_no_dots),
+        cmocka_unit_test(what_does_not_change_stays_sharp),
         cmocka_unit_test(frames_after_rough_pictures_are_as_without),
         cmocka_unit_test(eased_pictures_take_fewer_rays),
         cmocka_unit_test(every_method_can_be_rough),

@@ -242,7 +242,7 @@ static void forget_subset(struct lum_area_visibility *s, const struct lum_pass *
 }
 
 uint32_t lum_area_visibility_follow_motion(struct lum_area_visibility *s, const struct lum_pass *pass,
-                                           const struct lum_bounds *bounds)
+                                           const struct lum_bounds *bounds, uint8_t *inout_whole)
 {
     const struct lum_motion_mask *motion_mask = pass->motion_mask;
     uint32_t n = 0;
@@ -251,7 +251,10 @@ uint32_t lum_area_visibility_follow_motion(struct lum_area_visibility *s, const 
         bool lit = visibility->lo.x <= visibility->hi.x;
         if (!motion_mask->changed[i] && !(lit && lum_motion_meets_between(&motion_mask->motion, visibility, bounds)))
             continue;
-        forget_subset(s, pass, i % motion_mask->blocks.nx, i / motion_mask->blocks.nx);
+        uint32_t x = i % motion_mask->blocks.nx, y = i / motion_mask->blocks.nx;
+        forget_subset(s, pass, x, y);
+        inout_whole[y * LUM_MOTION_BLOCK_SIDE / LUM_TILE_SIDE * pass->tiling.nx +
+                    x * LUM_MOTION_BLOCK_SIDE / LUM_TILE_SIDE] = 0;
         n++;
     }
     return n;

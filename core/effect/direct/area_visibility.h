@@ -104,9 +104,10 @@ void lum_area_visibility_forget(struct lum_area_visibility *s, const struct lum_
 /* The eye moved: what is known belongs to the picture before. */
 void lum_area_visibility_to_history(struct lum_area_visibility *s, const struct lum_pass *pass);
 /* Something moved, as pass->motion_mask says; bounds: of the light, which did not. What cannot have changed stays
- * known. Returns in how many tiles of the pattern something was known and is not any more. */
+ * known. inout_whole: tiles of the picture where something was forgotten become 0. Returns in how many tiles of the
+ * pattern something was known and is not any more. */
 uint32_t lum_area_visibility_follow_motion(struct lum_area_visibility *s, const struct lum_pass *pass,
-                                           const struct lum_bounds *bounds);
+                                           const struct lum_bounds *bounds, uint8_t *inout_whole);
 /* Materials changed: what rays found out stays, what surfaces themselves hid, or what was not worth a ray, is decided
  * anew. */
 void lum_area_visibility_reconsider(struct lum_area_visibility *s, const struct lum_pass *pass);

@@ -147,6 +147,17 @@ static void add_scaled(const struct lum_rgb *response, uint32_t n, struct lum_rg
         inout_sum[i] = lum_rgb_add(inout_sum[i], lum_rgb_mul(response[i], power));
 }
 
+void lum_layer_add(const struct lum_layer *layer, uint32_t tile, uint32_t n_pixels, struct lum_rgb power,
+                   struct lum_rgb *inout_sum)
+{
+    size_t first = (size_t)tile * LUM_TILE_PIXELS;
+    const struct lum_rgb *lean = layer->tiles ? layer->tiles[tile] : NULL;
+    if (!layer->tiles || lean)
+        add_scaled(lean ? lean : layer->response + first, n_pixels, power, inout_sum);
+    if (layer->area.visibility)
+        add_scaled(layer->area.direct + first, n_pixels, power, inout_sum);
+}
+
 void lum_layers_sum(const struct lum_pass *pass, uint32_t tile, uint32_t n_pixels, struct lum_rgb *ret_radiance)
 {
     const struct lum_layers *l = pass->layers;
@@ -156,14 +167,8 @@ void lum_layers_sum(const struct lum_pass *pass, uint32_t tile, uint32_t n_pixel
     const struct lum_light_table *lights = &pass->snapshot->lights;
     for (uint32_t a = 0; a < lights->n_active; a++) {
         uint32_t light = lights->active[a], k = l->layer_of[light];
-        if (k == LUM_NO_OBJECT)
-            continue;
-        const struct lum_rgb *lean = l->layers[k].tiles ? l->layers[k].tiles[tile] : NULL;
-        if (!l->layers[k].tiles || lean)
-            add_scaled(lean ? lean : l->layers[k].response + first, n_pixels, lights->lights[light].power,
-                       ret_radiance);
-        if (l->layers[k].area.visibility)
-            add_scaled(l->layers[k].area.direct + first, n_pixels, lights->lights[light].power, ret_radiance);
+        if (k != LUM_NO_OBJECT)
+            lum_layer_add(&l->layers[k], tile, n_pixels, lights->lights[light].power, ret_radiance);
     }
     if (l->many_lights.on)
         lum_many_lights_add(pass, tile, n_pixels, ret_radiance);

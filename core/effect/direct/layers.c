@@ -14,6 +14,7 @@ static void finish_layer(struct lum_layer *l)
     lum_free(l->left);
     lum_free(l->response);
     lum_free(l->state);
+    lum_free(l->whole);
     lum_area_visibility_finish(&l->area);
     *l = (struct lum_layer){0};
 }
@@ -58,6 +59,8 @@ static void reshade(struct lum_layer *l, const struct lum_pass *pass, bool doubt
 /* Lowers every tile to at most this state: LUM_LAYER_EMPTY or LUM_LAYER_VISIBILITY. */
 static void lower(struct lum_layer *l, const struct lum_pass *pass, enum lum_layer_state state, bool doubted)
 {
+    if (l->whole)
+        memset(l->whole, 0, pass->tiling.n);
     for (uint32_t t = 0; l->state && t < pass->tiling.n; t++)
         if (l->state[t] > state)
             l->state[t] = (uint8_t)state;
@@ -214,8 +217,9 @@ static bool init_layer(struct lum_layer *layer, const struct lum_pass *pass, uin
 {
     const struct lum_light *light = &pass->snapshot->lights.lights[i];
     *layer = (struct lum_layer){.light = *light, .salt = lum_hash_text(light->id), .index = i};
-    if (!init_buffers(layer, pass))
-        return false;
+    layer->whole = lum_calloc(pass->tiling.n, 1);
+    if (!layer->whole || !init_buffers(layer, pass))
+        return finish_layer(layer), false;
     if (is_soft(pass, light))
         return lum_area_visibility_init(&layer->area, pass, layer->salt) || (finish_layer(layer), false);
     size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
@@ -297,18 +301,10 @@ static bool add_layers(struct lum_layers *l, const struct lum_pass *pass)
     return true;
 }
 
-static bool any_unlit(const struct lum_snapshot *s)
-{
-    for (uint32_t i = 0; i < s->n_materials; i++)
-        if (s->materials[i].unlit)
-            return true;
-    return false;
-}
-
 static bool update_shared(struct lum_layers *l, const struct lum_pass *pass)
 {
     const struct lum_snapshot *s = pass->snapshot;
-    l->shared_on = any_unlit(s);
+    l->shared_on = s->has_unlit;
     for (uint32_t a = 0; a < s->lights.n_active; a++)
         l->shared_on = l->shared_on || l->layer_of[s->lights.active[a]] == LUM_NO_OBJECT;
     if (l->shared_on && !l->shared.response)
@@ -401,6 +397,8 @@ static void step_back(struct lum_layers *l, const struct lum_pass *pass)
     for (uint32_t i = 0; i < l->n_layers; i++) {
         struct lum_layer *layer = &l->layers[i];
         memset(layer->state, LUM_LAYER_EMPTY, pass->tiling.n);
+        if (layer->whole)
+            memset(layer->whole, 0, pass->tiling.n);
         if (layer->area.visibility)
             lum_area_visibility_to_history(&layer->area, pass);
     }
@@ -415,13 +413,6 @@ static bool is_geometry_alone(uint32_t edits)
            !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_VISIBILITY);
 }
 
-bool lum_layers_still_light(const struct lum_motion_mask *motion_mask, const struct lum_light *light,
-                            struct lum_bounds *ret_bounds)
-{
-    return lum_light_bounds(motion_mask->snapshot, light, ret_bounds) &&
-           !(light->kind == LUM_EMIT_MESH && lum_motion_moves(&motion_mask->motion, light->instance, ret_bounds));
-}
-
 /* Which tiles may show something else by way of mirrors and glass, whatever light it is lit by. */
 static void follow_branches(struct lum_layers *l, const struct lum_pass *pass)
 {
@@ -430,18 +421,32 @@ static void follow_branches(struct lum_layers *l, const struct lum_pass *pass)
                                lum_branches_met(&l->branches[t], &pass->motion_mask->motion);
 }
 
-/* What a layer keeps of what mirrors and glass show. light: where it shines from; NULL: that is not known, and nothing
- * stays. */
-static void keep_branches(struct lum_layers *l, const struct lum_pass *pass, struct lum_layer *layer,
+/* What mirrors and glass show of it may be something else. */
+static bool is_met_behind(const struct lum_layers *l, const struct lum_pass *pass, uint32_t tile,
                           const struct lum_bounds *light)
 {
-    for (uint32_t t = 0; t < pass->tiling.n; t++)
-        if (!light || !l->branches || layer->state[t] != LUM_LAYER_COMPLETE || l->branches[t].stale ||
-            lum_branches_light_met(&l->branches[t], &pass->motion_mask->motion, light))
-            layer->state[t] = LUM_LAYER_EMPTY;
+    return !l->branches || l->branches[tile].stale ||
+           lum_branches_light_met(&l->branches[tile], &pass->motion_mask->motion, light);
 }
 
-/* Something moved: soft layers keep what cannot have changed. */
+/* What a layer keeps of what mirrors and glass show, and of hard shadows. light: where it shines from; NULL: that is
+ * not known, and nothing stays. */
+static void keep_tiles(struct lum_layers *l, const struct lum_pass *pass, struct lum_layer *layer,
+                       const struct lum_bounds *light)
+{
+    for (uint32_t t = 0; t < pass->tiling.n; t++) {
+        bool lost = !light || lum_motion_mask_tile(pass->motion_mask, &pass->tiling, t) ||
+                    (layer->state[t] == LUM_LAYER_COMPLETE && is_met_behind(l, pass, t, light)) ||
+                    (layer->visibility && lum_motion_mask_between(pass->motion_mask, &pass->tiling, t, light));
+        if (!lost)
+            continue;
+        layer->state[t] = LUM_LAYER_EMPTY;
+        if (layer->whole)
+            layer->whole[t] = 0;
+    }
+}
+
+/* Something moved: layers keep what cannot have changed. */
 static void follow_motion(struct lum_layers *l, const struct lum_pass *pass, uint32_t edits)
 {
     bool shade = lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_RESPONSE);
@@ -450,13 +455,13 @@ static void follow_motion(struct lum_layers *l, const struct lum_pass *pass, uin
     for (uint32_t i = 0; i < l->n_layers; i++) {
         struct lum_layer *layer = &l->layers[i];
         struct lum_bounds bounds;
-        bool still = lum_layers_still_light(pass->motion_mask, &layer->light, &bounds);
-        keep_branches(l, pass, layer, layer->area.visibility && still && !shade ? &bounds : NULL);
+        bool still = lum_motion_mask_light(pass->motion_mask, &layer->light, &bounds);
+        keep_tiles(l, pass, layer, still && !shade && !layer->tiles ? &bounds : NULL);
         if (!layer->area.visibility)
             continue;
         n_soft++;
         if (still) {
-            n_lost += lum_area_visibility_follow_motion(&layer->area, pass, &bounds);
+            n_lost += lum_area_visibility_follow_motion(&layer->area, pass, &bounds, layer->whole);
             if (shade)
                 reshade(layer, pass, l->doubted);
         } else {

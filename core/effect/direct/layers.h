@@ -9,8 +9,7 @@
  *     needed before;
  *   - another medium dims the same light otherwise: likewise;
  *   - a moved light drops its own layer only;
- *   - a moved object drops, of layers with soft shadows, what its boxes before and now can have changed: also of what
- *     mirrors and glass show.
+ *   - a moved object drops what its boxes before and now can have changed: also of what mirrors and glass show.
  * The sum is made the same way when everything is fresh, so a relit picture equals a new one bit for bit.
  *
  * A layer takes 17 bytes a pixel, one with soft shadows 39 and 36 KiB, if its light is a disc or a mesh; with panes in
@@ -55,8 +54,9 @@ struct lum_layer {
                        is (shadow_edges.c). NULL: nobody asks: the light has an extent, or anti-aliasing is off */
     uint32_t *left; /* same: what panes leave of the samples that are visible (lum_transmittance_pack), or, where the
                        middle of the pixel is dark, of the inner points. NULL: no panes, or area.left is there */
-    struct lum_rgb *response;        /* same; in the shared layer: radiance */
-    uint8_t *state;                  /* enum lum_layer_state per tile */
+    struct lum_rgb *response; /* same; in the shared layer: radiance */
+    uint8_t *state;           /* enum lum_layer_state per tile */
+    uint8_t *whole;           /* by tile, 1: all is as the last frame left it. NULL: a lean layer, or the shared one */
     struct lum_area_visibility area; /* of lights kept by LUM_LAYERING_AREA; then response is without their
                              direct light, and visibility is NULL */
     struct lum_rgb **tiles; /* lean layers, which have neither of the above but state: response by tile; NULL: black */
@@ -106,11 +106,6 @@ void lum_layers_finish(struct lum_layers *layers);
 LUM_MUST_USE enum lum_status lum_layers_update(struct lum_layers *layers, const struct lum_pass *pass,
                                                uint64_t gbuffer_stamp, struct lum_error *err);
 
-/* The box of a light that stayed where it was. False: it moved, or has none. What a mesh shines on gets other light
- * when it moves, even where it is seen as before. */
-bool lum_layers_still_light(const struct lum_motion_mask *motion_mask, const struct lum_light *light,
-                            struct lum_bounds *ret_bounds);
-
 /* True when direct light of this light on what the eye sees is kept in layers. */
 bool lum_layers_hold(const struct lum_pass *pass, const struct lum_light *light);
 /* True when the light has no layer, or a lean one. */
@@ -143,6 +138,9 @@ void lum_layers_light_matte(const struct lum_pass *pass, uint32_t tile, const st
 void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct lum_vertices *vertices,
                       enum lum_layer_state state, struct lum_counters *counters);
 
+/* Adds what a layer of its own has of a light in a tile, at this power. */
+void lum_layer_add(const struct lum_layer *layer, uint32_t tile, uint32_t n_pixels, struct lum_rgb power,
+                   struct lum_rgb *inout_sum);
 /* Radiance of the pixels of a tile: the sum over lights. */
 void lum_layers_sum(const struct lum_pass *pass, uint32_t tile, uint32_t n_pixels, struct lum_rgb *ret_radiance);
 

@@ -236,7 +236,7 @@ void lum_many_lights_follow_motion(struct lum_many_lights *c, const struct lum_p
             struct lum_bounds box;
             if (!any_bit(bits))
                 continue;
-            bool still = lum_layers_still_light(pass->motion_mask, &c->lights[i].light, &box);
+            bool still = lum_motion_mask_light(pass->motion_mask, &c->lights[i].light, &box);
             forget_blocks(bits, &t.r, still ? doubted(&t, &pass->motion_mask->motion, &box) : UINT32_MAX);
         }
     }
