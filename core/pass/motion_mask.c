@@ -196,6 +196,31 @@ bool lum_motion_mask_between(const struct lum_motion_mask *motion_mask, const st
            (tile_seen(motion_mask, &r, &seen) && lum_motion_meets_between(&motion_mask->motion, &seen, light));
 }
 
+/* Boxes meet where the latter is three times as large each way. */
+static bool is_near(const struct lum_bounds *a, struct lum_vec3 lo, struct lum_vec3 hi)
+{
+    struct lum_vec3 by = lum_v3_sub(hi, lo);
+    return lo.x <= hi.x && a->lo.x <= hi.x + by.x && a->hi.x >= lo.x - by.x && a->lo.y <= hi.y + by.y &&
+           a->hi.y >= lo.y - by.y && a->lo.z <= hi.z + by.z && a->hi.z >= lo.z - by.z;
+}
+
+bool lum_motion_mask_near_tile(const struct lum_motion_mask *motion_mask, const struct lum_tiling *tiling,
+                               uint32_t tile)
+{
+    struct lum_tile_rect r = lum_tile_at(tiling, tile);
+    struct lum_bounds seen;
+    if (lum_motion_mask_around_tile(motion_mask, tiling, tile))
+        return true;
+    if (!tile_seen(motion_mask, &r, &seen))
+        return false;
+    for (uint32_t i = 0; i < motion_mask->motion.n; i++) {
+        const struct lum_mover *m = &motion_mask->motion.movers[i];
+        if (is_near(&seen, m->old_lo, m->old_hi) || is_near(&seen, m->new_lo, m->new_hi))
+            return true;
+    }
+    return false;
+}
+
 bool lum_motion_mask_light(const struct lum_motion_mask *motion_mask, const struct lum_light *light,
                            struct lum_bounds *ret_bounds)
 {

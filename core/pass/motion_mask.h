@@ -39,6 +39,10 @@ bool lum_motion_mask_around_tile(const struct lum_motion_mask *motion_mask, cons
 /* What moved may be between a light and what the eye sees in a tile, or in the pixels beside it. */
 bool lum_motion_mask_between(const struct lum_motion_mask *motion_mask, const struct lum_tiling *tiling, uint32_t tile,
                              const struct lum_bounds *light);
+/* What moved was or is before the tile or beside it, or as near to what the eye sees there as it is large: it may have
+ * left a shadow. */
+bool lum_motion_mask_near_tile(const struct lum_motion_mask *motion_mask, const struct lum_tiling *tiling,
+                               uint32_t tile);
 /* The box of a light that stayed where it was. False: it moved, or has none. What a mesh shines on gets other light
  * when it moves, even where it is seen as before. */
 bool lum_motion_mask_light(const struct lum_motion_mask *motion_mask, const struct lum_light *light,

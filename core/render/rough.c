@@ -19,9 +19,12 @@
 
 struct job {
     const struct lum_pass *coarse;
-    struct lum_rgb *light; /* of the coarse picture, over albedo */
+    /* Of the coarse picture, over albedo: all of it, or without what layers know; each as it is, or what is new to the
+     * base. NULL: there is none */
+    struct lum_rgb *light[2][2];
+    float *part; /* of the base that what is new goes with */
     struct lum_rough_known known;
-    struct lum_rgb *rest; /* the same, without lights that the layers of the full picture know; NULL: it knows none */
+    const struct lum_rough_base *base; /* NULL: there is none */
     const struct lum_pass *pass;
     float scale_x, scale_y; /* pixels of the coarse picture per one of the full */
 };
@@ -55,27 +58,40 @@ static struct lum_rgb without(struct lum_rgb c, struct lum_rgb part)
     return lum_rgb(lum_max(c.r - part.r, 0.0f), lum_max(c.g - part.g, 0.0f), lum_max(c.b - part.b, 0.0f));
 }
 
-/* Of a tile of the coarse picture: what its surfaces reflect, over their albedo; of all light, and of that which layers
- * do not know. */
+/* Of the base, how much goes on: light that grew dimmer takes its details along. */
+static float part_of_base(struct lum_rgb now, struct lum_rgb then)
+{
+    float a = lum_luminance(now), b = lum_luminance(then);
+    return a >= b ? 1.0f : a > 0.0f ? a / b : 0.0f;
+}
+
+/* Of a tile of the coarse picture: what its surfaces reflect, over their albedo. */
 static void light_tile(struct job *j, uint32_t tile)
 {
     const struct lum_pass *c = j->coarse;
     struct lum_tile_rect r = lum_tile_at(&c->tiling, tile);
-    struct lum_rgb known[LUM_TILE_PIXELS];
-    if (j->rest)
+    struct lum_rgb known[LUM_TILE_PIXELS] = {{0}}, rest[LUM_TILE_PIXELS];
+    if (j->known.chosen)
         lum_rough_known_sum(&j->known, c, tile, r.w * r.h, known);
+    if (j->base)
+        lum_rough_rest(c, tile, rest);
     for (uint32_t k = 0; k < r.w * r.h; k++) {
         uint32_t x = r.x + k % r.w, y = r.y + k / r.w;
         size_t i = (size_t)y * c->tiling.w + x;
         bool shines = c->surfaces->kind[i] & LUM_PIXEL_SHINES;
-        struct lum_rgb radiance = lum_film_mean(c->film, x, y), over = divisor(c->surfaces, i);
-        struct lum_rgb shine = shines ? shine_at(j, c, x, y, true) : lum_grey(0.0f);
-        j->light[i] = lum_rgb_div(without(radiance, shine), over);
-        if (!j->rest)
-            continue;
-        shine = shines ? shine_at(j, c, x, y, false) : lum_grey(0.0f);
-        radiance = without(radiance, seen_through_media(c, i, known[k]));
-        j->rest[i] = lum_rgb_div(without(radiance, shine), over);
+        struct lum_rgb radiance = lum_film_mean(c->film, x, y), over = divisor(c->surfaces, i), shine = lum_grey(0.0f);
+        for (int leave = 0; leave < 2; leave++) {
+            if (!j->light[leave][0])
+                continue;
+            shine = shines ? shine_at(j, c, x, y, !leave) : lum_grey(0.0f);
+            struct lum_rgb left = leave ? without(radiance, seen_through_media(c, i, known[k])) : radiance;
+            left = without(left, shine);
+            j->light[leave][0][i] = lum_rgb_div(left, over);
+            if (!j->base)
+                continue;
+            j->part[i] = shines ? 0.0f : part_of_base(rest[k], j->base->coarse[i]);
+            j->light[leave][1][i] = lum_rgb_div(lum_rgb_mad(left, j->base->coarse[i], -j->part[i]), over);
+        }
     }
 }
 
@@ -86,6 +102,7 @@ static void light_tile(struct job *j, uint32_t tile)
 
 struct span {
     const struct lum_rgb *light; /* of the coarse picture, that it is to have */
+    const float *part;           /* likewise, of the base; NULL: nothing of that */
     uint32_t n;
     size_t pixel;      /* the first */
     float x[LANES], y; /* in coarse pixels, whose centres are whole numbers */
@@ -96,7 +113,7 @@ struct span {
 
 struct gathered {
     float r[LANES], g[LANES], b[LANES]; /* light over albedo, weighted */
-    float weight[LANES];
+    float part[LANES], weight[LANES];
 };
 
 /* Unused lanes repeat the first. */
@@ -125,6 +142,7 @@ static void add_coarse(const struct job *j, const struct span *restrict s, uint3
     size_t from = (size_t)y * j->coarse->film->w + x;
     const struct lum_vec3 p = coarse->p[from], n = coarse->n[from];
     const struct lum_rgb light = s->light[from];
+    const float part = s->part ? s->part[from] : 0.0f;
     const uint32_t kind = coarse->kind[from], object = coarse->object[from];
     const float across = (float)x, down = reach - fabsf((float)y - s->y);
     for (uint32_t i = 0; i < LANES; i++) {
@@ -142,6 +160,7 @@ static void add_coarse(const struct job *j, const struct span *restrict s, uint3
         inout->r[i] += light.r * weight;
         inout->g[i] += light.g * weight;
         inout->b[i] += light.b * weight;
+        inout->part[i] += part * weight;
         inout->weight[i] += weight;
     }
 }
@@ -174,6 +193,7 @@ static void gather_enough(const struct job *j, const struct span *s, struct gath
         ret_sum->r[i] = is ? wide.r[i] : ret_sum->r[i];
         ret_sum->g[i] = is ? wide.g[i] : ret_sum->g[i];
         ret_sum->b[i] = is ? wide.b[i] : ret_sum->b[i];
+        ret_sum->part[i] = is ? wide.part[i] : ret_sum->part[i];
         ret_sum->weight[i] = is ? wide.weight[i] : ret_sum->weight[i];
     }
 }
@@ -284,8 +304,12 @@ static void write_span(const struct job *j, const struct span *s, uint32_t x, ui
         radiance = sum.weight[i] > 0.0f ? lum_rgb_scale(radiance, 1.0f / sum.weight[i]) : lum_grey(0.0f);
         if (s->kind[i] & LUM_PIXEL_SHINES)
             radiance = lum_rgb_add(radiance, shine_at(j, pass, x + i, y, !known));
+        if (s->part && sum.weight[i] > 0.0f)
+            radiance = lum_rgb_mad(radiance, j->base->fine[s->pixel + i], sum.part[i] / sum.weight[i]);
         if (known)
             radiance = lum_rgb_add(radiance, seen_through_media(pass, s->pixel + i, known[i]));
+        if (s->part)
+            radiance = without(radiance, lum_grey(0.0f));
         lum_film_set(pass->film, x + i, y, radiance, &inout_counters->nonfinite);
     }
 }
@@ -303,9 +327,9 @@ static void tile_job(void *ctx, uint32_t tile, struct lum_counters *counters)
     const struct lum_tiling *tiling = &j->pass->tiling;
     const struct lum_eye *eye = &j->coarse->eye;
     struct lum_tile_rect r = lum_tile_at(tiling, tile);
-    bool is_known = j->rest && j->known.whole[tile];
+    bool is_known = j->known.chosen && j->known.whole[tile], is_based = j->base && j->base->kept[tile];
     struct lum_rgb known[LUM_TILE_PIXELS];
-    struct span s = {.light = is_known ? j->rest : j->light};
+    struct span s = {.light = j->light[is_known][is_based], .part = is_based ? j->part : NULL};
     if (is_known)
         lum_rough_known_sum(&j->known, j->pass, tile, r.w * r.h, known);
     for (uint32_t y = r.y; y < r.y + r.h; y++) {
@@ -326,38 +350,52 @@ static void tile_job(void *ctx, uint32_t tile, struct lum_counters *counters)
     }
 }
 
+static void drop_light(struct job *j)
+{
+    for (int leave = 0; leave < 2; leave++)
+        for (int based = 0; based < 2; based++)
+            lum_free(j->light[leave][based]);
+    lum_free(j->part);
+    lum_rough_known_finish(&j->known);
+}
+
 /* Light of the coarse picture, ready to be looked up. */
 static enum lum_status take_light(struct job *j, struct lum_error *err)
 {
-    const struct lum_film *film = j->coarse->film;
+    size_t n = (size_t)j->coarse->film->w * j->coarse->film->h;
+    bool ok = true;
     lum_rough_known_init(&j->known, j->pass->layers, j->coarse->layers, &j->pass->snapshot->lights);
-    j->light = lum_calloc((size_t)film->w * film->h, sizeof *j->light);
-    if (j->known.chosen)
-        j->rest =
-            lum_calloc((size_t)film->w * film->h, sizeof *j->rest); /* without, all comes from the coarse picture */
-    if (!j->light)
+    for (int leave = 0; leave <= (j->known.chosen != NULL); leave++)
+        for (int based = 0; based <= (j->base != NULL); based++)
+            ok = (j->light[leave][based] = lum_calloc(n, sizeof *j->light[leave][based])) && ok;
+    if (j->base)
+        ok = (j->part = lum_calloc(n, sizeof *j->part)) && ok;
+    if (!ok)
         return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for a rough picture");
     for (uint32_t t = 0; t < j->coarse->tiling.n; t++)
         light_tile(j, t);
-    enum lum_status status = share_lone(j, j->light, err);
-    return status == LUM_OK && j->rest ? share_lone(j, j->rest, err) : status;
+    enum lum_status status = LUM_OK;
+    for (int leave = 0; leave < 2 && status == LUM_OK; leave++)
+        if (j->light[leave][0])
+            status = share_lone(j, j->light[leave][0], err);
+    return status;
 }
 
 enum lum_status lum_rough_upsample(const struct lum_pass *coarse, const struct lum_pass *pass,
-                                   const struct lum_stage_runner *runner, struct lum_error *err)
+                                   const struct lum_rough_base *base, const struct lum_stage_runner *runner,
+                                   struct lum_error *err)
 {
     int64_t begin_ns = lum_clock_ns();
     const struct lum_eye *a = &pass->eye, *b = &coarse->eye;
     struct job job = {.coarse = coarse,
                       .pass = pass,
+                      .base = base,
                       .scale_x = a->panorama ? a->per_column / b->per_column : a->per_pixel / b->per_pixel,
                       .scale_y = a->panorama ? a->per_row / b->per_row : a->per_pixel / b->per_pixel};
     enum lum_status status = take_light(&job, err);
     if (status == LUM_OK)
         status = lum_stage_loop(runner, pass->tiling.n, tile_job, &job);
-    lum_free(job.light);
-    lum_free(job.rest);
-    lum_rough_known_finish(&job.known);
+    drop_light(&job);
     runner->stats->stage_ms[LUM_STAGE_UPSAMPLE] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
     return status;
 }

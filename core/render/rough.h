@@ -10,11 +10,13 @@
 
 #include "core/film/film.h"
 #include "core/render/deferred.h"
+#include "core/render/rough_base.h"
 
 /* Fills the film with what `coarse` has of the light, for surfaces that the same eye sees at full resolution, and what
  * the pass's layers know of it. Of `coarse` these are read: snapshot, settings, eye, tiling, on, G-buffer, surfaces,
  * layers, film. Thread: that of the pass; it runs over all of the runner's. LUM_ERR_CANCELLED, LUM_ERR_NOMEM. */
 LUM_MUST_USE enum lum_status lum_rough_upsample(const struct lum_pass *coarse, const struct lum_pass *pass,
+                                                const struct lum_rough_base *base,
                                                 const struct lum_stage_runner *runner, struct lum_error *err);
 
 #endif

@@ -1,47 +1,10 @@
 /* Passes of a view: which stages are stale, which estimators run, what it cost. */
-#include "core/render/view.h"
-
 #include <string.h>
 
 #include "core/effect/path/path.h"
 #include "core/math/sampler.h"
-#include "core/method/method.h"
-#include "core/path/effect_noise.h"
 #include "core/path/guide.h"
-#include "core/render/aov.h"
-#include "core/render/deferred.h"
-#include "core/render/measure.h"
-#include "core/render/pace.h"
-#include "core/render/refine.h"
-#include "core/render/rough.h"
-
-struct lum_view {
-    struct lum_pool *pool;         /* borrowed */
-    struct lum_counters *counters; /* per worker of the pool */
-    struct lum_tiling tiling;
-    struct lum_film film;
-    uint32_t *tile_spp;
-    struct lum_deferred deferred;
-    struct lum_refinement refinement; /* methods that refine */
-    uint32_t block;         /* of a rough view: pixels a side that each of its own stands for; 0: it is none */
-    struct lum_view *rough; /* all but progressive methods: the same at a part of the resolution, for rough passes */
-    struct lum_path_guide *guide; /* of its path traced samples; NULL: none was needed yet, or memory is short */
-    struct lum_effect_noise effect_noise; /* likewise; without memory: not known */
-    double noise[LUM_EFFECT_COUNT];       /* of the present picture's samples, when their halves were last even */
-    struct lum_aov_buffers aov;
-    struct lum_caches *own_caches; /* of a view that shares none; else NULL */
-    /* what the film shows */
-    bool rendered;
-    bool previewed; /* the rough pass of the present picture has run */
-    bool relit; /* the picture before it was whole, and only powers of lights differ: the frame is a new sum, and comes
-                   at once */
-    struct lum_film_error error; /* as the picture's own samples tell it, when the halves were last even */
-    struct lum_measurement measurement;
-    struct lum_versions versions;
-    struct lum_view_settings settings;
-    struct lum_demand demand; /* of versions */
-    struct lum_demand chosen; /* the same, as settings would have it */
-};
+#include "core/render/view_state.h"
 
 struct lum_view_settings lum_view_settings_default(void)
 {
@@ -82,6 +45,8 @@ static void drop_buffers(struct lum_view *v)
     lum_film_finish(&v->film);
     lum_deferred_finish(&v->deferred);
     lum_refine_finish(&v->refinement);
+    lum_rough_base_finish(&v->base);
+    v->whole = false;
     lum_free(v->tile_spp);
     lum_aov_finish(&v->aov);
     lum_effect_noise_finish(&v->effect_noise);
@@ -184,15 +149,6 @@ static enum lum_status resize(struct lum_view *v, uint32_t w, uint32_t h, struct
     return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for a picture of %u x %u", w, h);
 }
 
-static uint32_t least_spp(const uint32_t *tile_spp, uint32_t n_tiles)
-{
-    uint32_t least = UINT32_MAX;
-    for (uint32_t i = 0; i < n_tiles; i++)
-        if (tile_spp[i] < least)
-            least = tile_spp[i];
-    return least;
-}
-
 static void forget_noise(struct lum_view *v)
 {
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
@@ -211,7 +167,7 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
     if (!same) {
         bool power_alone = v->rendered && lum_view_same_picture(&v->settings, pass->settings) &&
                            lum_edits_of_versions(&v->versions, now) == LUM_EDIT_BIT(LUM_EDIT_LIGHT_POWER);
-        v->relit = power_alone && (v->relit || least_spp(v->tile_spp, v->tiling.n) > 0);
+        v->relit = power_alone && (v->relit || lum_view_least_spp(v->tile_spp, v->tiling.n) > 0);
         memset(v->tile_spp, 0, v->tiling.n * sizeof *v->tile_spp);
         v->previewed = false;
         v->error = LUM_FILM_ERROR_UNKNOWN;
@@ -233,9 +189,9 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
 /* Samples that every pixel has. The fast frame of a method that refines counts as one. */
 static uint32_t view_spp(const struct lum_view *v, const struct lum_method *method)
 {
-    uint32_t spp = least_spp(v->tile_spp, v->tiling.n);
+    uint32_t spp = lum_view_least_spp(v->tile_spp, v->tiling.n);
     if (spp > 0 && method->refines && v->refinement.tile_spp)
-        spp = 1 + least_spp(v->refinement.tile_spp, v->tiling.n);
+        spp = 1 + lum_view_least_spp(v->refinement.tile_spp, v->tiling.n);
     return spp;
 }
 
@@ -283,55 +239,6 @@ static enum lum_status run_path(struct lum_view *v, struct lum_pass *pass, const
     return status;
 }
 
-/* The settings of a rough pass's own view: edges are those of the full picture. */
-static struct lum_view_settings rough_settings(const struct lum_view_settings *s)
-{
-    struct lum_view_settings rough = *s;
-    rough.w = (s->w + s->preview - 1) / s->preview;
-    rough.h = (s->h + s->preview - 1) / s->preview;
-    rough.preview = 1;
-    rough.max_spp = 1;
-    rough.antialias = false;
-    rough.error_share = 0.0;
-    if (s->preview_eased)
-        lum_pace_apply_ease(&rough);
-    return rough;
-}
-
-/* The fast frame at a part of the resolution, seen at all of it (rough.h). */
-static enum lum_status run_rough(struct lum_view *v, const struct lum_pass *frame,
-                                 const struct lum_stage_runner *runner, struct lum_error *err)
-{
-    struct lum_view_settings settings = rough_settings(frame->settings);
-    struct lum_pass pass = *frame, coarse = *frame;
-    enum lum_status status = v->rough ? LUM_OK : lum_view_create(v->pool, &v->rough, err);
-    if (status == LUM_OK) {
-        lum_view_share(v->rough, v->deferred.caches);
-        v->rough->block = frame->settings->preview;
-        v->deferred.keeps_surfaces = v->rough->deferred.keeps_surfaces = true;
-        status = lum_view_pass(v->rough, frame->snapshot, &settings, runner->cancel, runner->stats, err);
-    }
-    if (status == LUM_OK)
-        status = lum_eye_init(&coarse.eye, &settings.camera, &frame->snapshot->norm, settings.w, settings.h, err);
-    if (status == LUM_OK)
-        status = lum_deferred_see(&v->deferred, &pass, runner, err);
-    if (status == LUM_OK) {
-        coarse.settings = &settings;
-        coarse.tiling = v->rough->tiling;
-        coarse.gbuffer = &v->rough->deferred.gbuffer;
-        coarse.surfaces = &v->rough->deferred.surfaces;
-        coarse.layers = &v->rough->deferred.layers;
-        coarse.film = &v->rough->film;
-        status = lum_rough_upsample(&coarse, &pass, runner, err);
-    }
-    if (status != LUM_OK)
-        return status;
-    runner->stats->preview = frame->settings->preview;
-    runner->stats->changed = true;
-    v->previewed = true;
-    return LUM_OK;
-}
-
 /* The fast frame; its picture is what later passes refine. */
 static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, const struct lum_stage_runner *runner,
                                  struct lum_error *err)
@@ -342,6 +249,9 @@ static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, cons
         status = lum_refine_init(&v->refinement, &v->tiling, err);
     if (status == LUM_OK)
         status = lum_deferred_run(&v->deferred, pass, runner, err);
+    v->whole = status == LUM_OK;
+    if (v->whole || v->base.versions.geometry != pass->snapshot->versions.geometry) /* it has not heard of what moved */
+        lum_rough_base_finish(&v->base);
     if (status == LUM_OK && refines)
         lum_refine_begin(&v->refinement, &v->tiling);
     if (status != LUM_OK && status != LUM_ERR_CANCELLED) /* it may have got as far as the film */
@@ -364,7 +274,7 @@ static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass 
     struct lum_view_settings settings = *frame->settings;
     settings.seed = lum_hash_u32(settings.seed ^ REST_SEED);
     pass.settings = &settings;
-    uint32_t max_spp = pass.settings->max_spp, spp = least_spp(r->tile_spp, v->tiling.n);
+    uint32_t max_spp = pass.settings->max_spp, spp = lum_view_least_spp(r->tile_spp, v->tiling.n);
     enum lum_status status = LUM_OK;
     if (!r->taken)
         lum_refine_take(r, frame, &v->deferred, &v->film);
@@ -389,7 +299,7 @@ static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass 
 static enum lum_status run_progressive(struct lum_view *v, struct lum_pass *pass, const struct lum_stage_runner *runner)
 {
     enum lum_status status = run_path(v, pass, runner);
-    uint32_t spp = least_spp(v->tile_spp, v->tiling.n);
+    uint32_t spp = lum_view_least_spp(v->tile_spp, v->tiling.n);
     if (spp < 2)
         v->error = LUM_FILM_ERROR_UNKNOWN;
     else if (spp % 2 == 0) /* the halves are of equal size: the estimate is at its best */
@@ -512,7 +422,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
         if (method->progressive)
             status = run_progressive(view, &pass, &runner);
         else if (settings->preview > 1 && spp == 0 && !view->previewed && !view->relit)
-            status = run_rough(view, &pass, &runner, err);
+            status = lum_view_rough(view, &pass, &runner, err);
         else if (spp > 0)
             status = run_refinement(view, &pass, &runner);
         else

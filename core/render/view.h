@@ -31,6 +31,13 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
                               const struct lum_view_settings *settings, const _Atomic bool *cancel,
                               struct lum_pass_stats *ret_stats, struct lum_error *err);
 
+/* Of a frame that is whole: makes what rough pictures (settings->preview > 1) after the next edit are compared with, so
+ * that what it does not change stays as sharp as it is (rough_base.h). Not needed; does nothing where that is there.
+ * *ret_stats: what it cost. Thread, cancel, errors: as lum_view_pass. */
+enum lum_status lum_view_prepare(struct lum_view *view, const struct lum_snapshot *snapshot,
+                                 const struct lum_view_settings *settings, const _Atomic bool *cancel,
+                                 struct lum_pass_stats *ret_stats, struct lum_error *err);
+
 /* Forgets every memoised stage, but keeps the memory, so that the next pass does all its work and allocates nothing:
  * for timing. The records of a cache are not the view's, and stay. */
 void lum_view_forget(struct lum_view *view);

@@ -329,6 +329,30 @@ static bool takes_the_place(struct lum_server_view *v, const struct lum_pass_sta
     return true;
 }
 
+/* Once a picture is whole: the next change will make it rough. */
+static enum lum_status prepare(struct lum_server_view *v, const struct lum_snapshot *snapshot,
+                               const _Atomic bool *cancel, struct lum_pass_stats *ret_stats, struct lum_error *err)
+{
+    *ret_stats = (struct lum_pass_stats){0};
+    if (v->stale || v->prepared || v->settings.deterministic || !lum_server_view_is_whole(v))
+        return LUM_OK;
+    struct lum_pace_choice next = preview_for(v);
+    struct lum_view_settings settings = v->settings;
+    settings.preview = next.side;
+    settings.preview_eased = next.eased != NULL;
+    enum lum_status status = lum_view_prepare(v->core, snapshot, &settings, cancel, ret_stats, err);
+    v->prepared = status != LUM_ERR_CANCELLED; /* without, rough pictures are rougher */
+    return v->prepared ? LUM_OK : status;
+}
+
+static void add_rays(struct lum_pass_stats *inout, const struct lum_pass_stats *more)
+{
+    inout->ms += more->ms;
+    inout->cpu_ms += more->cpu_ms;
+    for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
+        inout->rays[k] += more->rays[k];
+}
+
 /* From the picture at rest to one that moves, or the other way. */
 static enum lum_status change_picture(struct lum_server_view *v, struct lum_error *err)
 {
@@ -369,10 +393,12 @@ static void note_pass(struct lum_server_view *v, const struct lum_pass_stats *pa
 enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum_snapshot *snapshot,
                                      const _Atomic bool *cancel, struct lum_error *err)
 {
-    struct lum_pass_stats pass;
+    struct lum_pass_stats pass, prepared;
     enum lum_status st = change_picture(v, err);
     if (v->solo)
         snapshot = v->solo;
+    if (!st)
+        st = prepare(v, snapshot, cancel, &prepared, err);
     const struct lum_view_settings *settings = v->rest.on ? &v->rest.settings : &v->settings;
     if (!st)
         st = lum_view_pass(v->rest.on ? v->rest.core : v->core, snapshot, settings, cancel, &pass, err);
@@ -384,12 +410,14 @@ enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum
         v->rest.on = false;
         return st;
     }
+    v->prepared = v->prepared && !v->stale;
     v->stale = false;
     if (st) {
         v->failed = true;
         return st;
     }
     v->scene_rev = snapshot->scene_rev;
+    add_rays(&pass, &prepared);
     if (!v->rest.on && made_anew(&pass))
         note_pace(v, &pass);
     if (v->rest.on && !v->rest.shown && !takes_the_place(v, &pass))

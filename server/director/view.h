@@ -51,6 +51,7 @@ struct lum_server_view {
     bool only_background;
     uint64_t scene_rev; /* that the picture stands for */
     /* progress */
+    bool prepared;                 /* lum_view_prepare has run since the last change */
     bool stale;                    /* changed, and no pass has run since */
     bool complete;                 /* nothing left to do */
     bool failed;                   /* a pass failed: waits for the next change */

@@ -253,6 +253,131 @@ static void what_does_not_change_stays_sharp(void **state)
     rig_end(&r);
 }
 
+/* Of a room with all that layers do not keep: many lamps, indirect light, gloss, mirrors, smooth edges. */
+static void begin_rich_room(struct rig *r)
+{
+    lit_room(r, 2);
+    use_method(r, "live");
+    r->settings.w = 120, r->settings.h = 84;
+    r->settings.max_spp = 1;
+    struct lum_material_desc glossy = rig_diffuse(0.4f), mirror = rig_diffuse(0.1f);
+    glossy.specular = 1, glossy.roughness = 0.3f;
+    mirror.metallic = 1, mirror.base_color = lum_grey(0.9f), mirror.roughness = 0;
+    rig_material(r, "red", &glossy);
+    rig_material(r, "mirror", &mirror);
+    rig_box(r, "post", 0.1, 0.6, 0.1);
+    rig_object(r, "post", "post", "mirror", rig_v(-0.6, 0.6, -0.5));
+    for (int i = 0; i < 10; i++) {
+        char id[16];
+        struct lum_light_desc lamp = rig_point(rig_v(-1.5 + 0.3 * i, 2.6, -1.2), 2);
+        lamp.kind = LUM_LIGHT_SPHERE;
+        lamp.radius_m = 0.04;
+        snprintf(id, sizeof id, "lamp-%d", i);
+        rig_light(r, id, &lamp);
+    }
+}
+
+static void make_whole(struct rig *r, uint32_t side)
+{
+    struct lum_pass_stats stats;
+    r->settings.preview = 8;
+    rig_pass(r);
+    assert_int_equal(rig_pass(r).spp, 1);
+    r->settings.preview = 0; /* nothing will be rough */
+    RIG_OK(lum_view_prepare(r->view, r->snapshot, &r->settings, NULL, &stats, &err));
+    assert_int_equal(stats.rays[LUM_RAY_PRIMARY], 0);
+    r->settings.preview = side;
+    RIG_OK(lum_view_prepare(r->view, r->snapshot, &r->settings, NULL, &stats, &err));
+    assert_int_equal(stats.rays[LUM_RAY_PRIMARY] > 0, side != 8);
+}
+
+static double difference(const struct rig *r, const struct lum_rgb *from)
+{
+    const struct lum_film *film = lum_view_film(r->view);
+    double off = 0.0, mean = 0.0;
+    for (uint32_t i = 0; i < film->w * film->h; i++) {
+        off += fabs((double)(lum_film_mean(film, i % film->w, i / film->w).g - from[i].g));
+        mean += (double)from[i].g;
+    }
+    return off / mean;
+}
+
+/* A lamp that brings next to nothing moves: the rough picture is the whole one before it. Whether it is made of blocks
+ * of the size that the last one had, or of those that were prepared. */
+static void what_an_edit_leaves_is_as_it_was(void **state)
+{
+    (void)state;
+    for (uint32_t side = 4; side <= 8; side += 4) {
+        struct rig r;
+        begin_rich_room(&r);
+        struct lum_light_desc lamp = rig_point(rig_v(1, 0.4, 1), 1e-6);
+        lamp.kind = LUM_LIGHT_SPHERE;
+        lamp.radius_m = 0.02;
+        rig_light(&r, "mote", &lamp);
+        rig_commit(&r);
+        make_whole(&r, side);
+        struct lum_rgb *before = rig_picture(&r);
+        lamp.position.x += 0.1;
+        rig_light(&r, "mote", &lamp);
+        rig_commit(&r);
+        assert_int_equal(rig_pass(&r).preview, side);
+        double off = difference(&r, before);
+        print_message("blocks of %u: %.2e of the light is another\n", side, off);
+        assert_true(off <
+                    0.03); /* many lights are sampled anew, and VPLs near the mote; without the whole picture .085 */
+        lum_free(before);
+        rig_end(&r);
+    }
+}
+
+/* Whatever an edit does, a rough picture after a whole one is as bright as the frame that follows, and nearer to it
+ * than one that has no whole picture before it. */
+static void a_whole_picture_before_makes_rough_ones_better(void **state)
+{
+    (void)state;
+    double with = 0.0, without = 0.0;
+    for (int edit = 0; edit < 4; edit++) {
+        struct rig r;
+        begin_rich_room(&r);
+        struct lum_light_desc lamp = rig_point(rig_v(1, 1.5, 1), 30);
+        rig_light(&r, "lamp", &lamp);
+        rig_commit(&r);
+        make_whole(&r, 4);
+        lamp.position = edit == 0 ? rig_v(0.5, 1.5, 0.5) : lamp.position;
+        lamp.intensity = edit == 1 ? 1e-3 : lamp.intensity;
+        rig_light(&r, "lamp", &lamp);
+        if (edit == 2)
+            rig_object(&r, "crate", "crate", "red", rig_v(0.1, 0.5, 0.1));
+        if (edit == 3) {
+            struct lum_material_desc blue = rig_diffuse(0.2f);
+            blue.base_color = lum_rgb(0.05f, 0.2f, 0.8f);
+            rig_material(&r, "white", &blue);
+        }
+        if (edit == 1) /* of another colour too: or the frame would be another sum, and come at once */
+            rig_bulb(&r, "far", rig_v(-1, 2, 1), 1e-3);
+        rig_commit(&r);
+        assert_int_equal(rig_pass(&r).preview, 4);
+        struct lum_rgb *rough = rig_picture(&r);
+        double bright = (double)rig_mean(&r).g;
+        assert_int_equal(rig_pass(&r).spp, 1);
+        double off = difference(&r, rough), full = (double)rig_mean(&r).g;
+        rig_fresh_view(&r);
+        assert_int_equal(rig_pass(&r).preview, 4);
+        struct lum_rgb *alone = rig_picture(&r);
+        rig_pass(&r);
+        double off_alone = difference(&r, alone);
+        print_message("edit %d: roughly %.4f of the light, off by %.4f, without by %.4f\n", edit, bright / full, off,
+                      off_alone);
+        assert_true(fabs(bright / full - 1.0) < 0.03);
+        with += off / 4;
+        without += off_alone / 4;
+        lum_free(rough);
+        lum_free(alone);
+        rig_end(&r);
+    }
+    assert_true(with < 0.8 * without);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -260,6 +385,8 @@ int main(void)
         cmocka_unit_test(what_shines_reflects_too),
         cmocka_unit_test(thin_stripes_are_no_dots),
         cmocka_unit_test(what_does_not_change_stays_sharp),
+        cmocka_unit_test(what_an_edit_leaves_is_as_it_was),
+        cmocka_unit_test(a_whole_picture_before_makes_rough_ones_better),
         cmocka_unit_test(frames_after_rough_pictures_are_as_without),
         cmocka_unit_test(eased_pictures_take_fewer_rays),
         cmocka_unit_test(every_method_can_be_rough),

@@ -1,0 +1,115 @@
+/* Rough passes of a view. */
+#include "core/method/method.h"
+#include "core/render/pace.h"
+#include "core/render/rough.h"
+#include "core/render/view_state.h"
+
+/* The settings of a rough pass's own view: edges are those of the full picture. */
+static struct lum_view_settings rough_settings(const struct lum_view_settings *s)
+{
+    struct lum_view_settings rough = *s;
+    rough.w = (s->w + s->preview - 1) / s->preview;
+    rough.h = (s->h + s->preview - 1) / s->preview;
+    rough.preview = 1;
+    rough.max_spp = 1;
+    rough.antialias = false;
+    rough.error_share = 0.0;
+    if (s->preview_eased)
+        lum_pace_apply_ease(&rough);
+    return rough;
+}
+
+/* A pass of the view as the rough picture reads it. */
+static struct lum_pass made_pass(struct lum_view *v, const struct lum_pass *frame, const struct lum_snapshot *snapshot,
+                                 const struct lum_view_settings *settings)
+{
+    struct lum_pass pass = *frame;
+    pass.snapshot = snapshot;
+    pass.settings = settings;
+    pass.tiling = v->tiling;
+    pass.gbuffer = &v->deferred.gbuffer;
+    pass.surfaces = &v->deferred.surfaces;
+    pass.layers = &v->deferred.layers;
+    pass.film = &v->film;
+    return pass;
+}
+
+/* The rough view has this frame of this snapshot. */
+static bool has_coarse(const struct lum_view *v, const struct lum_snapshot *snapshot,
+                       const struct lum_view_settings *settings)
+{
+    const struct lum_view *r = v->rough;
+    return r && r->rendered && r->deferred.motion_mask.snapshot == snapshot && r->film.w == settings->w &&
+           r->film.h == settings->h && r->settings.shadow_budget == settings->shadow_budget &&
+           lum_view_same_picture(&r->settings, settings) && lum_view_least_spp(r->tile_spp, r->tiling.n) > 0;
+}
+
+/* The frame at a part of the resolution. *ret_stats: its pass. */
+static enum lum_status run_coarse(struct lum_view *v, const struct lum_snapshot *snapshot, uint32_t block,
+                                  const struct lum_view_settings *settings, const _Atomic bool *cancel,
+                                  struct lum_pass_stats *ret_stats, struct lum_error *err)
+{
+    enum lum_status status = v->rough ? LUM_OK : lum_view_create(v->pool, &v->rough, err);
+    if (status != LUM_OK)
+        return status;
+    lum_view_share(v->rough, v->deferred.caches);
+    v->rough->block = block;
+    v->deferred.keeps_surfaces = v->rough->deferred.keeps_surfaces = true;
+    return lum_view_pass(v->rough, snapshot, settings, cancel, ret_stats, err);
+}
+
+/* If the film and the rough view's are whole, and of the same snapshot: before either is made anew. */
+static void take_base(struct lum_view *v, const struct lum_pass *frame, const struct lum_view_settings *settings)
+{
+    const struct lum_snapshot *then = v->deferred.motion_mask.snapshot;
+    if (!v->whole || !then || !v->deferred.surfaces.kind || !has_coarse(v, then, settings) ||
+        !lum_normalisation_equal(&then->norm, &frame->snapshot->norm))
+        return;
+    struct lum_pass fine = made_pass(v, frame, then, frame->settings);
+    struct lum_pass coarse = made_pass(v->rough, frame, then, settings);
+    if (lum_eye_init(&coarse.eye, &settings->camera, &then->norm, settings->w, settings->h, &(struct lum_error){0}) ==
+        LUM_OK)
+        lum_rough_base_take(&v->base, &fine, &coarse);
+}
+
+/* The fast frame at a part of the resolution, seen at all of it (rough.h). */
+enum lum_status lum_view_rough(struct lum_view *v, const struct lum_pass *frame, const struct lum_stage_runner *runner,
+                               struct lum_error *err)
+{
+    struct lum_view_settings settings = rough_settings(frame->settings);
+    struct lum_pass pass = *frame, coarse;
+    take_base(v, frame, &settings);
+    v->whole = false;
+    enum lum_status status =
+        run_coarse(v, frame->snapshot, frame->settings->preview, &settings, runner->cancel, runner->stats, err);
+    if (status == LUM_OK)
+        status = lum_deferred_see(&v->deferred, &pass, runner, err);
+    if (status == LUM_OK) {
+        coarse = made_pass(v->rough, frame, frame->snapshot, &settings);
+        status = lum_eye_init(&coarse.eye, &settings.camera, &frame->snapshot->norm, settings.w, settings.h, err);
+    }
+    if (status == LUM_OK) {
+        const struct lum_rough_base *base = lum_rough_base_follow(&v->base, &pass, &coarse) ? &v->base : NULL;
+        status = lum_rough_upsample(&coarse, &pass, base, runner, err);
+    }
+    if (status != LUM_OK)
+        return status;
+    runner->stats->preview = frame->settings->preview;
+    runner->stats->changed = true;
+    v->previewed = true;
+    return LUM_OK;
+}
+
+enum lum_status lum_view_prepare(struct lum_view *view, const struct lum_snapshot *snapshot,
+                                 const struct lum_view_settings *settings, const _Atomic bool *cancel,
+                                 struct lum_pass_stats *ret_stats, struct lum_error *err)
+{
+    *ret_stats = (struct lum_pass_stats){0};
+    if (settings->preview <= 1 || settings->method->progressive || !view->whole ||
+        view->deferred.motion_mask.snapshot != snapshot)
+        return LUM_OK;
+    struct lum_view_settings rough = rough_settings(settings);
+    if (has_coarse(view, snapshot, &rough))
+        return LUM_OK;
+    return run_coarse(view, snapshot, settings->preview, &rough, cancel, ret_stats, err);
+}
