@@ -76,7 +76,8 @@ void lum_view_share(struct lum_view *view, struct lum_caches *caches)
 void lum_view_forget(struct lum_view *view)
 {
     lum_deferred_forget(&view->deferred);
-    view->rendered = false;
+    lum_rough_base_finish(&view->base);
+    view->rendered = view->whole = false;
     if (view->rough)
         lum_view_forget(view->rough);
 }

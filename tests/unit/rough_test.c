@@ -153,6 +153,14 @@ static void every_method_can_be_rough(void **state)
                      (unsigned long long)all, (double)rig_mean(&r).g, light);
         struct lum_pass_stats then = rig_pass(&r);
         assert_true(then.preview <= 1 && then.spp == 1 && then.nonfinite == 0);
+        rig_bulb(&r, "bulb", rig_v(-0.8, 1.9, 0.3), 50); /* now there is a whole picture before it */
+        rig_commit(&r);
+        rough = rig_pass(&r);
+        light = (double)rig_mean(&r).g;
+        then = rig_pass(&r);
+        double ratio = light / (double)rig_mean(&r).g;
+        if (rough.preview != 4 || rough.nonfinite || then.nonfinite || fabs(ratio - 1.0) > 0.1)
+            fail_msg("%s: roughly %g of the light", methods[m].name, ratio);
         rig_end(&r);
     }
 }
