@@ -165,6 +165,7 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
     bool same = same_scene && lum_view_same_picture(&v->settings, pass->settings);
     if (!same_scene)
         lum_demand_derive(pass->snapshot, &v->demand);
+    v->whole = v->whole && lum_view_same_picture(&v->settings, pass->settings);
     if (!same) {
         bool power_alone = v->rendered && lum_view_same_picture(&v->settings, pass->settings) &&
                            lum_edits_of_versions(&v->versions, now) == LUM_EDIT_BIT(LUM_EDIT_LIGHT_POWER);

@@ -338,6 +338,30 @@ static void what_an_edit_leaves_is_as_it_was(void **state)
     }
 }
 
+/* The eye goes elsewhere, and comes back: what it saw there is not what rough pictures here are compared with. */
+static void another_view_is_no_base(void **state)
+{
+    (void)state;
+    struct rig r;
+    begin_rich_room(&r);
+    rig_commit(&r);
+    make_whole(&r, 8);
+    struct lum_rgb *here = rig_picture(&r);
+    struct lum_camera camera = r.settings.camera;
+    rig_camera(&r, rig_v(0.6, 1.2, 1.5), rig_v(-0.6, 0.8, -0.5), 60);
+    r.settings.preview = 1;
+    assert_int_equal(rig_pass(&r).spp, 1);
+    double elsewhere = difference(&r, here);
+    r.settings.camera = camera;
+    r.settings.preview = 8;
+    assert_int_equal(rig_pass(&r).preview, 8);
+    double off = difference(&r, here);
+    print_message("off by %.3f, the other view by %.3f\n", off, elsewhere);
+    assert_true(off < 0.5 * elsewhere);
+    lum_free(here);
+    rig_end(&r);
+}
+
 /* Whatever an edit does, a rough picture after a whole one is as bright as the frame that follows, and nearer to it
  * than one that has no whole picture before it. */
 static void a_whole_picture_before_makes_rough_ones_better(void **state)
@@ -394,6 +418,7 @@ int main(void)
         cmocka_unit_test(thin_stripes_are_no_dots),
         cmocka_unit_test(what_does_not_change_stays_sharp),
         cmocka_unit_test(what_an_edit_leaves_is_as_it_was),
+        cmocka_unit_test(another_view_is_no_base),
         cmocka_unit_test(a_whole_picture_before_makes_rough_ones_better),
         cmocka_unit_test(frames_after_rough_pictures_are_as_without),
         cmocka_unit_test(eased_pictures_take_fewer_rays),
