@@ -118,6 +118,7 @@
 #define LUM_LIMIT_PROJECTS_OPEN 64u      /* as many as there are sessions */
 #define LUM_LIMIT_VERSIONS 100u          /* of a project: each takes what its scene takes on disk */
 #define LUM_LIMIT_PROJECT_REQUESTS 64u   /* that wait for the disk: one of each session */
+#define LUM_LIMIT_PROJECT_REQUESTS_OF 8u /* of these, of one session: a page asks for one at a time */
 #define LUM_LIMIT_TRASH_S (30 * 86400)   /* a month: who deleted by mistake was on holiday */
 
 /* ---- imports ---- */

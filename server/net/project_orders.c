@@ -89,6 +89,14 @@ static bool is_there(const struct lum_projects *all, const char *id)
     return item && !item->info.deleted_s && !item->going;
 }
 
+static uint32_t waiting_of(const struct lum_projects *all, struct lum_session_ref by)
+{
+    uint32_t n = 0;
+    for (const struct lum_project_work *w = all->works; w; w = w->next)
+        n += !w->quiet && lum_session_same(w->order.by, by);
+    return n;
+}
+
 static bool check_order(const struct lum_projects *all, const struct lum_project_order *o,
                         struct lum_project_item **ret_item, struct lum_proto_error *err)
 {
@@ -98,6 +106,11 @@ static bool check_order(const struct lum_projects *all, const struct lum_project
     if (all->n_works >= LUM_LIMIT_PROJECT_REQUESTS)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "busy", "",
                               "too much is being done with projects; try again");
+    if (waiting_of(all, o->by) >= LUM_LIMIT_PROJECT_REQUESTS_OF)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "busy", "",
+                              "%u requests of this session that change or read projects are waiting, which is the "
+                              "limit; try again when one of them is answered",
+                              LUM_LIMIT_PROJECT_REQUESTS_OF);
     if (o->verb == LUM_PROJECT_CREATE && all->n_items + all->n_works >= LUM_LIMIT_PROJECTS)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "",
                               "a server has at most %u projects, those in the trash, too", LUM_LIMIT_PROJECTS);
@@ -227,8 +240,9 @@ static void settle(struct lum_projects *all, struct lum_project_work *w)
     struct lum_project_item *item = lum_projects_item(all, info->id);
     if (item && w->order.verb == LUM_PROJECT_DELETE)
         item->going = false;
-    if (w->status) {
-        lum_log(&all->config.director.log, LUM_LOG_ERROR, "projects", "%s", w->err.text);
+    if (w->status) { /* what was asked for cannot be had: no fault of the server */
+        bool asked = w->status == LUM_ERR_NOT_FOUND || w->status == LUM_ERR_CONFLICT || w->status == LUM_ERR_LIMIT;
+        lum_log(&all->config.director.log, asked ? LUM_LOG_INFO : LUM_LOG_ERROR, "projects", "%s", w->err.text);
         return;
     }
     if (!item) { /* there is room: check_order */

@@ -57,8 +57,32 @@ static bool is_hidden(const uint8_t *p)
     return control || turns;
 }
 
+static uint32_t code_of(const uint8_t *p, size_t n)
+{
+    uint32_t code = n == 1 ? p[0] : p[0] & (0x7fu >> n);
+    for (size_t i = 1; i < n; i++)
+        code = code << 6 | (p[i] & 0x3fu);
+    return code;
+}
+
+/* Leaves no mark on the screen by itself: spaces, fillers, joiners, marks of direction, selectors of variants, tags. */
+static bool is_invisible(uint32_t code)
+{
+    static const uint32_t ranges[][2] = {
+        {0x20, 0x20},     {0xa0, 0xa0},     {0xad, 0xad},     {0x34f, 0x34f},     {0x61c, 0x61c},
+        {0x115f, 0x1160}, {0x1680, 0x1680}, {0x17b4, 0x17b5}, {0x180b, 0x180f},   {0x2000, 0x200f},
+        {0x2028, 0x202f}, {0x205f, 0x206f}, {0x2800, 0x2800}, {0x3000, 0x3000},   {0x3164, 0x3164},
+        {0xfe00, 0xfe0f}, {0xfeff, 0xfeff}, {0xffa0, 0xffa0}, {0x1d173, 0x1d17a}, {0xe0000, 0xe0fff},
+    };
+    for (size_t i = 0; i < LUM_ARRAY_LEN(ranges); i++)
+        if (code >= ranges[i][0] && code <= ranges[i][1])
+            return true;
+    return false;
+}
+
 bool lum_project_name_is(const char *name)
 {
+    bool visible = false;
     size_t n = strlen(name), n_char;
     if (n == 0 || n > LUM_LIMIT_PROJECT_NAME_BYTES || name[0] == ' ' || name[n - 1] == ' ')
         return false;
@@ -66,8 +90,9 @@ bool lum_project_name_is(const char *name)
         n_char = lum_utf8_length(p, end);
         if (n_char == 0 || is_hidden(p))
             return false;
+        visible = visible || !is_invisible(code_of(p, n_char));
     }
-    return true;
+    return visible;
 }
 
 /* ---- the file "project" ---- */

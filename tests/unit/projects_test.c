@@ -189,6 +189,24 @@ static void names_are_at_most_so_long(void **state)
     assert_false(lum_project_name_is(""));
 }
 
+static void names_show_something(void **state)
+{
+    static const char *const nothing[] = {"\u200b", "\u00ad", "\u3164", "\u2800\u3000", "\U000e0041", "\ufeff\u00a0"};
+    static const char *const something[] = {"a",
+                                            "\u00e9",
+                                            "\u0646\u0645\u06cc\u200c\u062e\u0648\u0627\u0647\u0645",
+                                            "\u6771\u3000\u4eac",
+                                            "\U0001f4a1\ufe0f",
+                                            "\u00bf"};
+    (void)state;
+    for (size_t i = 0; i < LUM_ARRAY_LEN(nothing); i++)
+        if (lum_project_name_is(nothing[i]))
+            fail_msg("name %zu shows nothing", i);
+    for (size_t i = 0; i < LUM_ARRAY_LEN(something); i++)
+        if (!lum_project_name_is(something[i]))
+            fail_msg("name %zu is one", i);
+}
+
 /* ---- which are open ---- */
 
 static sem_t woken;
@@ -410,6 +428,36 @@ static void orders_that_wait_together(void **state)
     end(&f);
 }
 
+static void one_session_does_not_fill_the_line(void **state)
+{
+    struct open_fixture f;
+    struct lum_proto_error proto;
+    struct lum_error err;
+    enum lum_status st;
+    begin(&f, *state, 1);
+    struct lum_project_order o = {.verb = LUM_VERSION_LIST, .by = {1, 1}};
+    strcpy(o.info.id, f.ids[0]);
+    for (uint32_t i = 0; i < LUM_LIMIT_PROJECT_REQUESTS_OF; i++)
+        assert_true(lum_projects_order(f.all, &o, &proto));
+    assert_false(lum_projects_order(f.all, &o, &proto));
+    assert_string_equal(proto.app, "busy");
+    o.by.slot = 2;
+    assert_true(lum_projects_order(f.all, &o, &proto));
+    for (size_t n = 0; n < LUM_LIMIT_PROJECT_REQUESTS_OF + 1;) {
+        struct lum_project_order done;
+        if (lum_projects_next_done(f.all, &done, &st, &err)) {
+            lum_free(done.versions);
+            n++;
+            continue;
+        }
+        sem_wait(&woken);
+        lum_projects_turn(f.all, f.now_ns);
+    }
+    o.by.slot = 1;
+    assert_true(lum_projects_order(f.all, &o, &proto));
+    end(&f);
+}
+
 /* A name that is given while the project is closed, and written down at its end, is not lost. */
 static void what_is_noted_at_the_end_keeps_a_new_name(void **state)
 {
@@ -436,12 +484,14 @@ int main(void)
         cmocka_unit_test_setup_teardown(the_trash_is_emptied_after_its_time, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(one_daemon_has_the_folder, make_folder, remove_folder),
         cmocka_unit_test(names_are_at_most_so_long),
+        cmocka_unit_test(names_show_something),
         cmocka_unit_test_setup_teardown(one_that_nobody_is_in_is_closed_after_a_while, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(the_longest_unused_goes_first, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(memory_comes_back_from_those_that_nobody_is_in, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(one_that_cannot_be_opened_is_told_and_tried_again, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(files_of_others_stay, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(orders_that_wait_together, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(one_session_does_not_fill_the_line, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(what_is_noted_at_the_end_keeps_a_new_name, make_folder, remove_folder),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
