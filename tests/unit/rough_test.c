@@ -165,6 +165,18 @@ static void every_method_can_be_rough(void **state)
     }
 }
 
+static void look_at_sunlit_floor(struct rig *r)
+{
+    struct lum_light_desc sun = {
+        .kind = LUM_LIGHT_DIRECTIONAL, .direction = {0, -1, 0}, .color = lum_grey(1), .intensity = 5000.0, .on = true};
+    rig_light(r, "sun", &sun);
+    rig_camera(r, rig_v(0, 3, 0), rig_v(0.9, 0, 0.4), 60);
+    use_method(r, "live");
+    r->settings.w = 150, r->settings.h = 106;
+    r->settings.max_spp = 1;
+    r->settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
+}
+
 /* A stripe of sun that is thinner than a block is met by few of them, which are no dots as bright as the sun: what they
  * have is that of the pixels around. None of the light is lost: over stripes at many places a block meets as much as
  * its pixels do. */
@@ -179,14 +191,7 @@ static void thin_stripes_are_no_dots(void **state)
     rig_square(&r, "left", 10);
     rig_square(&r, "right", 10);
     rig_diffuse_object(&r, "floor", "grey", 0.5f, rig_v(0, 0, 0));
-    struct lum_light_desc sun = {
-        .kind = LUM_LIGHT_DIRECTIONAL, .direction = {0, -1, 0}, .color = lum_grey(1), .intensity = 5000.0, .on = true};
-    rig_light(&r, "sun", &sun);
-    rig_camera(&r, rig_v(0, 3, 0), rig_v(0.9, 0, 0.4), 60);
-    use_method(&r, "live");
-    r.settings.w = 150, r.settings.h = 106;
-    r.settings.max_spp = 1;
-    r.settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
+    look_at_sunlit_floor(&r);
     for (int place = 0; place < PLACES; place++) {
         double x = 0.5 * place / PLACES;
         rig_diffuse_object(&r, "left", "black", 0.0f, rig_v(x - 10, 4, 0));
@@ -226,14 +231,7 @@ static void what_does_not_change_stays_sharp(void **state)
         snprintf(id, sizeof id, "slat-%d", i);
         rig_object(&r, id, "slat", "grey", rig_v(0.15 * i, 1, 0.4));
     }
-    struct lum_light_desc sun = {
-        .kind = LUM_LIGHT_DIRECTIONAL, .direction = {0, -1, 0}, .color = lum_grey(1), .intensity = 5000.0, .on = true};
-    rig_light(&r, "sun", &sun);
-    rig_camera(&r, rig_v(0, 3, 0), rig_v(0.9, 0, 0.4), 60);
-    use_method(&r, "live");
-    r.settings.w = 150, r.settings.h = 106;
-    r.settings.max_spp = 1;
-    r.settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
+    look_at_sunlit_floor(&r);
     for (int shape = 0; shape <= 1; shape++) {
         struct lum_light_desc lamp = rig_point(rig_v(-2, 0.5, -2), 1e-3);
         lamp.kind = shape ? LUM_LIGHT_SPHERE : lamp.kind;
