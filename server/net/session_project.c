@@ -98,7 +98,7 @@ static bool read_name(struct lum_json_reader *r, char ret_name[LUM_LIMIT_PROJECT
 {
     if (!lum_json_require(r, "name") || !lum_json_string(r, "name", ret_name, LUM_LIMIT_PROJECT_NAME_BYTES + 1))
         return false;
-    if (lum_project_name_is(ret_name))
+    if (lum_project_name_shows(ret_name))
         return true;
     lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "name",
                    "name must be 1 to %u bytes of text that can be seen, without a space before or after it",

@@ -57,6 +57,19 @@ static bool is_hidden(const uint8_t *p)
     return control || turns;
 }
 
+bool lum_project_name_is(const char *name)
+{
+    size_t n = strlen(name), n_char;
+    if (n == 0 || n > LUM_LIMIT_PROJECT_NAME_BYTES || name[0] == ' ' || name[n - 1] == ' ')
+        return false;
+    for (const uint8_t *p = (const uint8_t *)name, *end = p + n; p < end; p += n_char) {
+        n_char = lum_utf8_length(p, end);
+        if (n_char == 0 || is_hidden(p))
+            return false;
+    }
+    return true;
+}
+
 static uint32_t code_of(const uint8_t *p, size_t n)
 {
     uint32_t code = n == 1 ? p[0] : p[0] & (0x7fu >> n);
@@ -80,19 +93,15 @@ static bool is_invisible(uint32_t code)
     return false;
 }
 
-bool lum_project_name_is(const char *name)
+bool lum_project_name_shows(const char *name)
 {
-    bool visible = false;
-    size_t n = strlen(name), n_char;
-    if (n == 0 || n > LUM_LIMIT_PROJECT_NAME_BYTES || name[0] == ' ' || name[n - 1] == ' ')
-        return false;
-    for (const uint8_t *p = (const uint8_t *)name, *end = p + n; p < end; p += n_char) {
-        n_char = lum_utf8_length(p, end);
-        if (n_char == 0 || is_hidden(p))
-            return false;
-        visible = visible || !is_invisible(code_of(p, n_char));
+    bool shows = false;
+    const uint8_t *p = (const uint8_t *)name, *end = p + strlen(name);
+    for (size_t n = 0; lum_project_name_is(name) && p < end; p += n) {
+        n = lum_utf8_length(p, end);
+        shows = shows || !is_invisible(code_of(p, n));
     }
-    return visible;
+    return shows;
 }
 
 /* ---- the file "project" ---- */

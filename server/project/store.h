@@ -24,6 +24,8 @@ bool lum_project_id_is(const char *text);
 /* 1 to LUM_LIMIT_PROJECT_NAME_BYTES of UTF-8 that can be seen: no control characters, none that turn the direction of
  * what follows, no space at either end. */
 bool lum_project_name_is(const char *name);
+/* The same, and there is something to be seen of it: of names that are given. */
+bool lum_project_name_shows(const char *name);
 
 struct lum_project_info {
     lum_project_id id;
