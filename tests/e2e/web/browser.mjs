@@ -30,6 +30,10 @@ export async function open(context, url, onText = () => undefined) {
     const watch = { errors: [], sent: [], sentSeq: 0, shownSeq: 0, stats: [] };
     page.on('pageerror', (e) => watch.errors.push(e.message));
     page.on('console', (m) => m.type() === 'error' && watch.errors.push(m.text()));
+    // A page that loads anew counts its cameras anew: what the last one sent is nothing to wait for.
+    page.on('request', (r) => {
+        if (r.isNavigationRequest() && r.frame() === page.mainFrame()) watch.sentSeq = watch.shownSeq = 0;
+    });
     page.on('websocket', (socket) => {
         socket.on('framesent', ({ payload }) => {
             watch.sent.push(JSON.parse(String(payload)));

@@ -48,6 +48,7 @@ test('projects are made, copied, kept, deleted and brought back', async () => {
     await page.getByLabel('Begin with').selectOption('furnace');
     await page.getByRole('button', { name: 'Create' }).press('Enter');
     await page.waitForURL(/\?project=[a-z0-9]{12}$/);
+    await settled(tab);
     await page.getByLabel('Resolution').selectOption('fast');
     await settled(tab);
     assert.equal(await page.title(), 'Foyer <b> – lumend');
