@@ -27,6 +27,7 @@
 #include "core/trace/rays.h"
 #include "core/vpl/gather.h"
 #include "core/vpl/lifted.h"
+#include "core/vpl/sky.h"
 
 /* What is further away than this share of the scene's radius does not count for a record's radius: */
 #define REACH_MAX 0.25f
@@ -124,9 +125,10 @@ static void look(struct seeing *s, struct live_record *r, struct lum_vec3 from, 
     const struct lum_vpl_set *set = &s->job->cache->vpls;
     struct lum_vec3 p = {set->px[slot], set->py[slot], set->pz[slot]};
     struct lum_vec3 end = lum_ray_offset(p, lum_v3(set->nx[slot], set->ny[slot], set->nz[slot]));
-    struct lum_vec3 d = lum_v3_sub(end, lum_vpl_seen_from(set, slot, from));
+    struct lum_vec3 d = lum_vpl_segment(set, slot, lum_v3_sub(end, lum_vpl_seen_from(set, slot, from)));
     struct lum_vec3 direct = lum_v3_sub(p, r->base.p);
-    if (lum_dot(direct, direct) < LUM_VPL_TOUCHING * LUM_VPL_TOUCHING) {
+    bool bounced = slot < set->n_bounced;
+    if (bounced && lum_dot(direct, direct) < LUM_VPL_TOUCHING * LUM_VPL_TOUCHING) {
         uint32_t *left = lum_cache_left(s->job->cache, &r->base);
         r->bits[slot / 64] |= UINT64_C(1) << slot % 64;
         if (left)
@@ -135,7 +137,6 @@ static void look(struct seeing *s, struct live_record *r, struct lum_vec3 from, 
     }
     if (s->rays.n == LUM_RAY_BATCH)
         trace_rays(s);
-    bool bounced = slot < set->n_bounced;
     s->job->counters->rays[bounced ? LUM_RAY_INDIRECT_DIFFUSE : LUM_RAY_ENVIRONMENT]++;
     s->record[s->rays.n] = r;
     s->slot[s->rays.n] = slot;
@@ -217,7 +218,7 @@ static void add_up(const struct lum_cache_job *job, struct lum_cache_record *r)
     struct lum_receiver at = receiver_of(r);
     struct lum_vpl_sum sum;
     lum_vpl_sum_visible(&cache->vpls, &at, live_of(r)->bits, lum_cache_left(cache, r), LUM_VPL_LIFT, live_of(r)->step,
-                        one_in(r), media ? job->snapshot : NULL, &sum);
+                        one_in(r), job->snapshot, media, &sum);
     if (!lum_rgb_finite(sum.irradiance)) {
         job->counters->nonfinite++;
         memset(&sum, 0, sizeof sum);

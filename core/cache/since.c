@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "core/cache/vpl_sum.h"
+#include "core/vpl/sky.h"
 
 struct lum_since_ring {
     uint32_t n_vpls;
@@ -157,9 +158,12 @@ static uint32_t segments_meet(const struct lum_vpl_set *set, uint32_t k, struct 
 {
     const struct lum_vec3 o = lum_v3_sub(from, box->middle), s = lum_vpl_seen_from(set, k, from), e = box->half;
     const float *px = set->px + k, *py = set->py + k, *pz = set->pz + k;
+    const bool windows = k >= lum_vpl_first_window(set);
     uint32_t met = 0;
     for (uint32_t i = 0; i < LUM_LANES; i++) {
-        float x = 0.5f * (px[i] - s.x), y = 0.5f * (py[i] - s.y), z = 0.5f * (pz[i] - s.z);
+        float x = px[i] - s.x, y = py[i] - s.y, z = pz[i] - s.z;
+        float half = 0.5f * (windows ? LUM_VPL_FAR / sqrtf(x * x + y * y + z * z) : 1.0f);
+        x *= half, y *= half, z *= half;
         met |= meets(o.x + x, o.y + y, o.z + z, x, y, z, e) ? lum_lane_bit[i] : 0u;
     }
     return met;
@@ -188,11 +192,13 @@ struct picked {
 static void pick(struct picked *p, const struct lum_vpl_set *set, struct lum_vec3 from, uint32_t slot)
 {
     struct lum_vec3 s = lum_vpl_seen_from(set, slot - slot % LUM_LANES, from);
+    struct lum_vec3 place = {set->px[slot], set->py[slot], set->pz[slot]};
+    struct lum_vec3 way = lum_vpl_segment(set, slot, lum_v3_sub(place, s));
     uint32_t i = p->n++;
     p->slot[i] = slot;
-    p->x[i] = 0.5f * (set->px[slot] - s.x);
-    p->y[i] = 0.5f * (set->py[slot] - s.y);
-    p->z[i] = 0.5f * (set->pz[slot] - s.z);
+    p->x[i] = 0.5f * way.x;
+    p->y[i] = 0.5f * way.y;
+    p->z[i] = 0.5f * way.z;
     p->mx[i] = from.x + p->x[i];
     p->my[i] = from.y + p->y[i];
     p->mz[i] = from.z + p->z[i];

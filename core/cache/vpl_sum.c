@@ -7,6 +7,7 @@
 #include "core/math/sampler.h"
 #include "core/medium/medium.h"
 #include "core/vpl/lobe.h"
+#include "core/vpl/sky.h"
 
 #define LANES LUM_LANES
 
@@ -14,6 +15,8 @@ uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver 
 {
     const struct lum_vec3 n = at->n, g = at->ng;
     uint64_t all = 0;
+    if (64 * word >= lum_vpl_first_window(set) && !lum_vpl_sees_windows(set, at->p))
+        return 0;
     for (uint32_t k = 64 * word; k < set->n && k < 64 * (word + 1); k += LANES) { /* padding faces nothing */
         const struct lum_vec3 p = lum_vpl_seen_from(set, k, at->p);
         const float *px = set->px + k, *py = set->py + k, *pz = set->pz + k;
@@ -329,7 +332,8 @@ struct sum_job {
     const uint32_t *left; /* by slot: what panes leave; NULL: there are none */
     float lift, step, per_sky_point;
     bool lobes;
-    const struct lum_snapshot *media;
+    const struct lum_snapshot *snapshot;
+    bool media;
     struct lanes lanes;
     uint32_t n_in_lanes;
     double sum[4][3]; /* irradiance and its gradient along x, y, z; by colour */
@@ -351,7 +355,7 @@ static void add_packed(struct sum_job *job, struct packed *packed)
     for (uint32_t i = 0; job->left && i < packed->n_lanes; i++)
         dim(packed, i, lum_transmittance_unpack(job->left[packed->slot[i]]));
     if (job->media)
-        dim_by_media(packed, job->at, job->media);
+        dim_by_media(packed, job->at, job->snapshot);
     add_terms(&job->lanes, &terms, packed->flux);
     job->n_in_lanes += packed->n_lanes;
     if (job->n_in_lanes >= LUM_SUM_BLOCK) {
@@ -361,9 +365,33 @@ static void add_packed(struct sum_job *job, struct packed *packed)
     packed->n_lanes = 0;
 }
 
+/* Points in openings that it sees: bits of their word. */
+static void add_windows(struct sum_job *job, const struct lum_vpl_set *set, uint64_t bits)
+{
+    const struct lum_light *sky = &job->snapshot->lights.lights[set->sky];
+    for (; bits; bits &= bits - 1) {
+        uint32_t slot = lum_vpl_first_window(set) + (uint32_t)__builtin_ctzll(bits);
+        struct lum_window_term term;
+        if (!lum_vpl_window_term(set, sky, slot, job->at->p, job->at->n, &term))
+            continue;
+        struct lum_rgb flux = lum_rgb_scale(term.radiance, LUM_PI * job->per_sky_point);
+        if (job->left)
+            flux = lum_rgb_mul(flux, lum_transmittance_unpack(job->left[slot]));
+        if (job->media) {
+            struct lum_vec3 d = lum_v3_sub(lum_v3(set->px[slot], set->py[slot], set->pz[slot]), job->at->p);
+            flux = lum_rgb_mul(flux, lum_media_transmittance(job->snapshot, job->at->p, lum_normalize(d), INFINITY));
+        }
+        const float f[3] = {flux.r, flux.g, flux.b};
+        const float g[4] = {term.g, term.gradient.x, term.gradient.y, term.gradient.z};
+        for (uint32_t q = 0; q < 4; q++)
+            for (uint32_t c = 0; c < 3; c++)
+                job->sum[q][c] += (double)(f[c] * g[q]);
+    }
+}
+
 void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receiver *at, const uint64_t *visible,
                          const uint32_t *left, float lift, float step, uint32_t sky_every,
-                         const struct lum_snapshot *media, struct lum_vpl_sum *ret_sum)
+                         const struct lum_snapshot *snapshot, bool media, struct lum_vpl_sum *ret_sum)
 {
     struct sum_job job = {.at = at,
                           .left = left,
@@ -371,15 +399,21 @@ void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receive
                           .step = step,
                           .per_sky_point = (float)sky_every,
                           .lobes = set->gloss,
+                          .snapshot = snapshot,
                           .media = media};
     struct packed packed = {.n_lanes = 0};
-    for (uint32_t w = 0; w < lum_vpl_words(set->n); w++) {
+    const bool windows = lum_vpl_sees_windows(set, at->p);
+    for (uint32_t w = 0; 64 * w < lum_vpl_first_window(set); w++) {
         bool sky = 64 * w >= lum_vpl_first_sky(set);
         if (packed.n_lanes > 0 && sky != packed.sky)
             add_packed(&job, &packed);
         packed.sky = sky;
         for (uint64_t bits = visible[w]; bits; bits &= bits - 1) {
-            pack(&packed, set, 64 * w + (uint32_t)__builtin_ctzll(bits));
+            uint32_t slot = 64 * w + (uint32_t)__builtin_ctzll(bits);
+            pack(&packed, set, slot);
+            if (sky && windows)
+                dim(&packed, packed.n_lanes - 1,
+                    lum_grey(lum_vpl_dome_weight(set, &snapshot->lights.lights[set->sky], slot, at->p)));
             if (packed.n_lanes == LANES)
                 add_packed(&job, &packed);
         }
@@ -387,6 +421,8 @@ void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receive
     if (packed.n_lanes > 0)
         add_packed(&job, &packed);
     add_lanes(job.sum, &job.lanes);
+    if (windows)
+        add_windows(&job, set, visible[lum_vpl_first_window(set) / 64]);
     struct lum_rgb values[4];
     for (uint32_t q = 0; q < 4; q++)
         values[q] =

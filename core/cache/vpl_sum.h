@@ -50,9 +50,9 @@ struct lum_vpl_sum {
 };
 /* Over the VPLs in `visible`, of those that lum_vpl_draw drew with this step, 0: of all, and sky_every. left: what
  * panes leave of each (lum_transmittance_pack), padded like the set; NULL: there are none. lift: m above, in radii of
- * each VPL; > 0. media: of this snapshot dim the light; NULL: none. */
+ * each VPL; > 0. snapshot: whose lights the set is of. media: those of the snapshot dim the light. */
 void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receiver *at, const uint64_t *visible,
                          const uint32_t *left, float lift, float step, uint32_t sky_every,
-                         const struct lum_snapshot *media, struct lum_vpl_sum *ret_sum);
+                         const struct lum_snapshot *snapshot, bool media, struct lum_vpl_sum *ret_sum);
 
 #endif

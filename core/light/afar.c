@@ -3,6 +3,7 @@
 
 #include "core/accel/trace.h"
 #include "core/light/environment.h"
+#include "core/light/openings.h"
 #include "core/math/warp.h"
 #include "core/scene/snapshot.h"
 
@@ -52,16 +53,84 @@ static void seen_faces(const struct box *b, const float d[3], float ret_area[3])
         ret_area[k] = fabsf(d[k]) * b->face[k];
 }
 
-/* Parallel light with this irradiance on a plane that faces it, evenly over the box as it sees it. */
-static bool emit_parallel(const struct lum_snapshot *s, struct lum_vec3 d, struct lum_rgb irradiance, struct lum_vec2 u,
-                          struct lum_light_ray *ret)
+/* Half of what comes from afar is aimed at openings, where any face it: rays by both ways weigh by both. */
+#define AIMED 0.5f
+
+static bool faces(uint32_t face, struct lum_vec3 d)
+{
+    return lum_dot(lum_openings_normal(face), d) > 0.0f;
+}
+
+/* Number of open cells that light in direction d may enter by. */
+static uint32_t count_facing(const struct lum_openings *o, struct lum_vec3 d)
+{
+    uint32_t n = 0;
+    for (uint32_t face = 0; o && o->n > 0 && face < 6; face++)
+        n += faces(face, d) ? o->first[face + 1] - o->first[face] : 0;
+    return n;
+}
+
+/* Point u of the one that u.x picks among those n. */
+static struct lum_vec3 point_of_facing(const struct lum_openings *o, struct lum_vec3 d, uint32_t n, struct lum_vec2 u)
+{
+    uint32_t left = (uint32_t)(u.x * (float)n), face = 0;
+    u.x = lum_clamp(u.x * (float)n - (float)left, 0.0f, LUM_ONE_MINUS);
+    for (;; face++) {
+        uint32_t of_face = faces(face, d) ? o->first[face + 1] - o->first[face] : 0;
+        if (left < of_face)
+            break;
+        left -= of_face;
+    }
+    struct lum_vec3 inward;
+    return lum_openings_point(o, o->cell[o->first[face] + left], u, &inward);
+}
+
+/* Back along d from x, within the box, to where light comes into it. */
+static struct lum_vec3 back_to_face(const struct box *b, struct lum_vec3 x, struct lum_vec3 d)
+{
+    float at[3] = {x.x, x.y, x.z}, to[3] = {d.x, d.y, d.z}, least = INFINITY;
+    for (int k = 0; k < 3; k++)
+        if (to[k] != 0.0f)
+            least = lum_min(least, (at[k] - b->centre[k] + (to[k] > 0.0f ? b->half[k] : -b->half[k])) / to[k]);
+    return lum_v3_mad(x, d, -lum_max(least, 0.0f));
+}
+
+/* Density, over the area of a plane across it, of a line that is aimed at one of n cells; 0: it enters by none. */
+static float density_of_aimed(const struct lum_openings *o, struct lum_vec3 p, struct lum_vec3 d, uint32_t n)
+{
+    struct lum_opening_hit hit;
+    if (n == 0 || !lum_openings_enter(o, p, d, &hit) || !lum_openings_is_open(o, hit.cell))
+        return 0.0f;
+    return 1.0f / ((float)n * hit.area * hit.cosine);
+}
+
+/* Which half u.x is in; it becomes a fresh number. */
+static bool pick_half(float *inout_u)
+{
+    bool second = *inout_u >= AIMED;
+    *inout_u = lum_min(second ? (*inout_u - AIMED) / (1.0f - AIMED) : *inout_u / AIMED, LUM_ONE_MINUS);
+    return second;
+}
+
+/* Parallel light with this irradiance on a plane that faces it, evenly over the box as it sees it, or through openings.
+ */
+static bool emit_parallel(const struct lum_snapshot *s, struct lum_vec3 d, struct lum_rgb irradiance,
+                          const struct lum_openings *openings, struct lum_vec2 u, struct lum_light_ray *ret)
 {
     struct box b = box_around(s->bounds_lo, s->bounds_hi);
     float to[3] = {d.x, d.y, d.z}, area[3];
     seen_faces(&b, to, area);
-    int axis = pick_axis(area, &u.x);
-    return lum_emit_ray(face_point(&b, axis, to[axis] > 0.0f ? -1.0f : 1.0f, u), d,
-                        lum_rgb_scale(irradiance, area[0] + area[1] + area[2]), ret);
+    uint32_t n = count_facing(openings, d);
+    float all = area[0] + area[1] + area[2], aimed = n > 0 ? AIMED : 0.0f;
+    struct lum_vec3 o;
+    if (n > 0 && !pick_half(&u.x)) {
+        o = back_to_face(&b, point_of_facing(openings, d, n, u), d);
+    } else {
+        int axis = pick_axis(area, &u.x);
+        o = face_point(&b, axis, to[axis] > 0.0f ? -1.0f : 1.0f, u);
+    }
+    float density = (1.0f - aimed) / all + aimed * density_of_aimed(openings, o, d, n);
+    return lum_emit_ray(o, d, lum_rgb_scale(irradiance, 1.0f / density), ret);
 }
 
 /* ---- directional ---- */
@@ -74,11 +143,12 @@ static bool sample_directional(const struct lum_snapshot *s, const struct lum_li
     return true;
 }
 
-static bool emit_directional(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
+static bool emit_directional(const struct lum_snapshot *s, const struct lum_light *l,
+                             const struct lum_openings *openings, struct lum_vec2 u_position,
                              struct lum_vec2 u_direction, struct lum_light_ray *ret)
 {
     (void)u_direction;
-    return emit_parallel(s, l->n, lum_grey(1.0f), u_position, ret);
+    return emit_parallel(s, l->n, lum_grey(1.0f), openings, u_position, ret);
 }
 
 static double flux_of_directional(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
@@ -90,7 +160,7 @@ static double flux_of_directional(const struct lum_light *l, struct lum_vec3 bou
 }
 
 const struct lum_emitter_row lum_emitter_directional = {
-    .sample = sample_directional, .emit = emit_directional, .flux = flux_of_directional, .from_afar = true};
+    .sample = sample_directional, .emit_from_afar = emit_directional, .flux = flux_of_directional, .from_afar = true};
 
 /* ---- a disc ---- */
 
@@ -131,12 +201,12 @@ static struct lum_irradiance far_disc_irradiance(const struct lum_light *l, stru
     return (struct lum_irradiance){LUM_PI * sine_squared(l) * cosine, cosine};
 }
 
-static bool emit_far_disc(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
-                          struct lum_vec2 u_direction, struct lum_light_ray *ret)
+static bool emit_far_disc(const struct lum_snapshot *s, const struct lum_light *l, const struct lum_openings *openings,
+                          struct lum_vec2 u_position, struct lum_vec2 u_direction, struct lum_light_ray *ret)
 {
     struct lum_vec3 to = lum_normalize(lum_v3_neg(on_far_disc(l, lum_warp_disc(u_direction))));
     float cosine = lum_dot(to, l->n), distance = LUM_FAR / cosine;
-    return emit_parallel(s, to, lum_grey(l->area * cosine / (distance * distance)), u_position, ret);
+    return emit_parallel(s, to, lum_grey(l->area * cosine / (distance * distance)), openings, u_position, ret);
 }
 
 static double flux_of_far_disc(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
@@ -157,7 +227,7 @@ static struct lum_vec3 hit_on_far_disc(const struct lum_light *l, struct lum_vec
 
 const struct lum_emitter_row lum_emitter_far_disc = {.pdf = pdf_of_far_disc,
                                                      .place = place_on_far_disc,
-                                                     .emit = emit_far_disc,
+                                                     .emit_from_afar = emit_far_disc,
                                                      .flux = flux_of_far_disc,
                                                      .irradiance = far_disc_irradiance,
                                                      .across = across_far_disc,
@@ -228,26 +298,91 @@ static struct lum_irradiance even_irradiance(const struct lum_light *l, struct l
     return (struct lum_irradiance){LUM_PI, 2.0f / 3.0f};
 }
 
-static bool emit_environment(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
-                             struct lum_vec2 u_direction, struct lum_light_ray *ret)
+/* A ray of an environment, and how densely such rays lie: over area across them and solid angle. */
+struct sky_ray {
+    struct lum_vec3 o, d;
+    float density;
+};
+
+/* Density of rays from d to all of the box. */
+static float density_over_box(const struct lum_light *l, const struct box *b, struct lum_vec3 d)
+{
+    float to[3] = {d.x, d.y, d.z}, area[3];
+    if (!l->env)
+        return 1.0f / (2.0f * LUM_PI * (b->face[0] + b->face[1] + b->face[2]));
+    seen_faces(b, to, area);
+    return lum_env_map_pdf(l->env, lum_frame_to_local(&l->frame, lum_v3_neg(d))) / (area[0] + area[1] + area[2]);
+}
+
+/* Of a constant one: the lines through a convex body are even where they start evenly on its surface, by the cosine. */
+static bool aim_at_box(const struct lum_light *l, const struct box *b, struct lum_vec2 u_position,
+                       struct lum_vec2 u_direction, struct sky_ray *ret)
 {
     if (l->env) {
-        struct lum_vec3 d;
+        struct lum_vec3 from;
         float pdf;
-        if (!lum_env_map_sample(l->env, u_direction, &d, &pdf))
+        if (!lum_env_map_sample(l->env, u_direction, &from, &pdf))
             return false;
-        struct lum_rgb irradiance = lum_rgb_scale(lum_env_map_radiance(l->env, d), 1.0f / pdf);
-        return emit_parallel(s, lum_v3_neg(lum_frame_to_scene(&l->frame, d)), irradiance, u_position, ret);
+        ret->d = lum_v3_neg(lum_frame_to_scene(&l->frame, from));
+        float to[3] = {ret->d.x, ret->d.y, ret->d.z}, area[3];
+        seen_faces(b, to, area);
+        int axis = pick_axis(area, &u_position.x);
+        ret->o = face_point(b, axis, to[axis] > 0.0f ? -1.0f : 1.0f, u_position);
+        ret->density = pdf / (area[0] + area[1] + area[2]);
+        return true;
     }
-    /* the lines through a convex body are even where they start evenly on its surface, by the cosine */
-    struct box b = box_around(s->bounds_lo, s->bounds_hi);
-    int axis = pick_axis(b.face, &u_position.x);
+    int axis = pick_axis(b->face, &u_position.x);
     float side = u_position.y < 0.5f ? -1.0f : 1.0f;
     u_position.y = lum_min(side < 0.0f ? 2.0f * u_position.y : 2.0f * u_position.y - 1.0f, LUM_ONE_MINUS);
     struct lum_vec3 inward = lum_v3(axis == 0 ? -side : 0.0f, axis == 1 ? -side : 0.0f, axis == 2 ? -side : 0.0f);
     struct lum_frame f = lum_frame_from_normal(inward);
-    return lum_emit_ray(face_point(&b, axis, side, u_position), lum_frame_to_scene(&f, lum_warp_cosine(u_direction)),
-                        lum_grey(2.0f * LUM_PI * (b.face[0] + b.face[1] + b.face[2])), ret);
+    ret->o = face_point(b, axis, side, u_position);
+    ret->d = lum_frame_to_scene(&f, lum_warp_cosine(u_direction));
+    ret->density = density_over_box(l, b, ret->d);
+    return true;
+}
+
+/* The same through the open cells, which are one as likely as another. */
+static float density_through(const struct lum_openings *o, const struct sky_ray *ray)
+{
+    struct lum_opening_hit hit;
+    bool enters = lum_openings_enter(o, ray->o, ray->d, &hit) && lum_openings_is_open(o, hit.cell);
+    return enters ? 1.0f / (LUM_PI * (float)o->n * hit.area) : 0.0f;
+}
+
+static struct sky_ray aim_at_openings(const struct lum_openings *o, const struct box *b, struct lum_vec2 u_position,
+                                      struct lum_vec2 u_direction)
+{
+    uint32_t k = (uint32_t)(u_position.x * (float)o->n);
+    u_position.x = lum_clamp(u_position.x * (float)o->n - (float)k, 0.0f, LUM_ONE_MINUS);
+    struct lum_vec3 inward, x = lum_openings_point(o, o->cell[k], u_position, &inward);
+    struct lum_frame f = lum_frame_from_normal(inward);
+    struct sky_ray ray = {.d = lum_frame_to_scene(&f, lum_warp_cosine(u_direction))};
+    ray.o = back_to_face(b, x, ray.d);
+    ray.density = density_through(o, &ray);
+    return ray;
+}
+
+static bool emit_environment(const struct lum_snapshot *s, const struct lum_light *l,
+                             const struct lum_openings *openings, struct lum_vec2 u_position,
+                             struct lum_vec2 u_direction, struct lum_light_ray *ret)
+{
+    struct box b = box_around(s->bounds_lo, s->bounds_hi);
+    struct sky_ray ray;
+    bool aims = openings && openings->n > 0;
+    if (aims && !pick_half(&u_position.x)) {
+        ray = aim_at_openings(openings, &b, u_position, u_direction);
+        ray.density = AIMED * ray.density + (1.0f - AIMED) * density_over_box(l, &b, ray.d);
+    } else {
+        if (!aim_at_box(l, &b, u_position, u_direction, &ray))
+            return false;
+        if (aims)
+            ray.density = (1.0f - AIMED) * ray.density + AIMED * density_through(openings, &ray);
+    }
+    struct lum_rgb radiance = lum_grey(1.0f);
+    if (l->env)
+        radiance = lum_env_map_radiance(l->env, lum_frame_to_local(&l->frame, lum_v3_neg(ray.d)));
+    return ray.density > 0.0f && lum_emit_ray(ray.o, ray.d, lum_rgb_scale(radiance, 1.0f / ray.density), ret);
 }
 
 static double flux_of_environment(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
@@ -260,7 +395,7 @@ static double flux_of_environment(const struct lum_light *l, struct lum_vec3 bou
 const struct lum_emitter_row lum_emitter_environment = {.sample = sample_environment,
                                                         .pdf = pdf_of_environment,
                                                         .aim = aim_at_environment,
-                                                        .emit = emit_environment,
+                                                        .emit_from_afar = emit_environment,
                                                         .flux = flux_of_environment,
                                                         .irradiance = even_irradiance,
                                                         .from_afar = true};

@@ -10,6 +10,8 @@
 #include "core/light/sample.h"
 #include "core/light/tree.h"
 
+struct lum_openings;
+
 #define LUM_ONE_MINUS 0x1.fffffep-1f /* the largest float below 1 */
 
 struct lum_emitter_row {
@@ -23,9 +25,11 @@ struct lum_emitter_row {
                 struct lum_light_target *inout_target);
     bool (*place)(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
                   struct lum_light_place *ret_place);
-    /* lum_light_emit, lum_light_flux_unit (NULL: pi times the area) */
+    /* lum_light_emit (one of the two), lum_light_flux_unit (NULL: pi times the area) */
     bool (*emit)(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
                  struct lum_vec2 u_direction, struct lum_light_ray *ret_shot);
+    bool (*emit_from_afar)(const struct lum_snapshot *s, const struct lum_light *l, const struct lum_openings *openings,
+                           struct lum_vec2 u_position, struct lum_vec2 u_direction, struct lum_light_ray *ret_shot);
     double (*flux)(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi);
     /* lum_light_irradiance, at one point or at many. Both NULL: there is no closed form */
     struct lum_irradiance (*irradiance)(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n);

@@ -163,7 +163,7 @@ static void start(struct walk *w, const struct lum_caustic_light *l, uint32_t in
     path.sampler = lum_sampler_at(salt, 0, index - l->first_path, 0);
     w->findings[index] = (struct finding){.object = LUM_NO_OBJECT};
     struct lum_light_ray shot;
-    if (!lum_light_emit(w->snapshot, l->light, lum_sampler_2d(&path.sampler, PAIR_POSITION),
+    if (!lum_light_emit(w->snapshot, l->light, NULL, lum_sampler_2d(&path.sampler, PAIR_POSITION),
                         lum_sampler_2d(&path.sampler, PAIR_DIRECTION), &shot))
         return;
     w->path[w->rays.n] = path;

@@ -159,6 +159,14 @@ static uint32_t slots_below(const struct lum_vpl_plan *plan, uint32_t level, dou
     return k > 0.0 ? (uint32_t)fmin(k, plan->level_n[level]) : 0;
 }
 
+bool lum_vpl_comes_from_afar(const struct lum_vpl_set *set)
+{
+    for (uint32_t i = 0; i < set->n_shares; i++)
+        if (set->shares[i].luminance > 0.0 && lum_emitters[set->shares[i].kind]->from_afar)
+            return true;
+    return false;
+}
+
 static uint32_t slots_of(const struct lum_vpl_plan *plan, uint32_t level, const struct lum_vpl_share *share)
 {
     return slots_below(plan, level, share->upto) - slots_below(plan, level, share->below);

@@ -5,6 +5,7 @@
 
 #include "core/base/base.h"
 #include "core/light/light.h"
+#include "core/light/openings.h"
 #include "core/vpl/lifted.h"
 #include "core/vpl/vpl.h"
 
@@ -28,6 +29,9 @@ LUM_MUST_USE enum lum_status lum_vpl_share_paths(struct lum_vpl_set *set, const 
                                                  const struct lum_snapshot *s, struct lum_error *err);
 /* True when every light that shines has paths. The light table has the same shape as when the shares were made. */
 bool lum_vpl_shares_serve(const struct lum_vpl_set *set, const struct lum_snapshot *s);
+
+/* True when light from afar has paths. */
+bool lum_vpl_comes_from_afar(const struct lum_vpl_set *set);
 
 /* Fills the sky's slots (sky.c). */
 void lum_vpl_place_sky(struct lum_vpl_set *set, const struct lum_snapshot *s);
@@ -73,6 +77,16 @@ LUM_MUST_USE enum lum_status lum_vpl_measure_radii(struct lum_vpl_set *set, cons
 LUM_MUST_USE enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set *candidates,
                                             const struct lum_vpl_plan *plan, const struct lum_vpl_request *rq,
                                             struct lum_vpl_kept *ret_kept, struct lum_error *err);
+
+/* A cell of the scene, of which there are so many along its longest side, and which way the VPL faces there, as the
+ * largest component of its normal goes. Below LUM_VPL_PLACES. */
+#define LUM_VPL_CELLS 16u
+#define LUM_VPL_PLACES (6u * LUM_VPL_CELLS * LUM_VPL_CELLS * LUM_VPL_CELLS)
+uint32_t lum_vpl_place_of(const struct lum_vpl_set *set, const struct lum_snapshot *s, uint32_t slot);
+
+/* Finds the openings around what those of `seen` that are inside see (openings.c). Rays are added as LUM_RAY_VPL. */
+LUM_MUST_USE enum lum_status lum_vpl_find_openings(struct lum_openings *ret_openings, const struct lum_vpl_set *seen,
+                                                   const struct lum_vpl_request *rq, struct lum_error *err);
 
 /* Runs jobs over the request's pool, if there is one, and adds up in its counters what they count. */
 LUM_MUST_USE enum lum_status lum_vpl_run(const struct lum_vpl_request *rq, uint32_t n_jobs,

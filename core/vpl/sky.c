@@ -4,17 +4,24 @@
  * that it meets.
  *
  * Points are drawn by the environment's own distribution, from a lattice: for a constant sky a spiral of equal areas.
- */
-#include "core/vpl/share.h"
+ *
+ * From inside a room few of them, or none, are seen by its window. So there are points in the openings as well
+ * (openings.c): each shines with the radiance of the environment in the direction that it is seen in, and is asked for
+ * by a ray that goes on through it into the open. What both kinds find is weighed by how densely both look there, the
+ * balance heuristic (Veach 1997) for what a point sees in direction d:
+ *   E = sum over all that it sees of L(d) cos / (D(d) + W(p, d)),
+ * with D the dome's points per solid angle and W those in openings, r^2 / (A cos) for each cell of area A that d leaves
+ * by, times its number of points. */
+#include "core/vpl/sky.h"
 
-#include "core/light/light.h"
+#include <string.h>
+
+#include "core/light/emitter.h"
+#include "core/light/environment.h"
 #include "core/light/sample.h"
 #include "core/math/sampler.h"
 #include "core/scene/snapshot.h"
-
-/* Scene units: beyond everything, as coordinates are at most 2^7. Segments to a wider one would be tested against boxes
- * less exactly (cache/since.c). */
-#define DOME 0x1p11f
+#include "core/vpl/share.h"
 
 #define GOLDEN 0.61803398874989485 /* (sqrt 5 - 1) / 2 */
 
@@ -28,14 +35,62 @@ static struct lum_vec2 lattice_point(uint32_t i, uint32_t n, uint32_t seed)
 
 static void place(struct lum_vpl_set *set, uint32_t slot, const struct lum_light_sample *sample)
 {
-    struct lum_rgb flux = lum_rgb_scale(sample->radiance, LUM_PI * DOME * DOME / ((float)set->n_sky * sample->pdf_sa));
+    struct lum_rgb flux =
+        lum_rgb_scale(sample->radiance, LUM_PI * LUM_VPL_FAR * LUM_VPL_FAR / ((float)LUM_VPL_DOME * sample->pdf_sa));
     if (lum_rgb_black(flux) || !lum_rgb_finite(flux))
         return;
-    struct lum_vec3 p = lum_v3_mul(sample->wi, DOME), n = lum_v3_neg(sample->wi);
+    struct lum_vec3 p = lum_v3_mul(sample->wi, LUM_VPL_FAR), n = lum_v3_neg(sample->wi);
     set->px[slot] = p.x, set->py[slot] = p.y, set->pz[slot] = p.z;
     set->nx[slot] = n.x, set->ny[slot] = n.y, set->nz[slot] = n.z;
     set->flux_unit[0][slot] = flux.r, set->flux_unit[1][slot] = flux.g, set->flux_unit[2][slot] = flux.b;
     set->light[slot] = set->sky;
+}
+
+/* Point j of a cell lies where it lies whatever other cells are open, and in the first free slot from one that its
+ * number says: cells that open and shut move few others. */
+static void place_window(struct lum_vpl_set *set, uint32_t cell, uint32_t j, uint32_t in_each)
+{
+    uint32_t h = lum_hash_combine(lum_hash_u32(cell), set->seed), first = lum_vpl_first_window(set);
+    uint32_t at = lum_hash_combine(h, j) % LUM_VPL_WINDOWS;
+    while (set->light[first + at] != LUM_NO_OBJECT)
+        at = (at + 1) % LUM_VPL_WINDOWS;
+    struct lum_vec3 n, p = lum_openings_point(&set->openings, cell, lattice_point(j, in_each, h), &n);
+    uint32_t slot = first + at;
+    set->px[slot] = p.x, set->py[slot] = p.y, set->pz[slot] = p.z;
+    set->nx[slot] = n.x, set->ny[slot] = n.y, set->nz[slot] = n.z;
+    set->light[slot] = set->sky;
+}
+
+/* Of cells in rows one in `every`, a power of 2: as even as a lattice is. */
+static bool takes(const struct lum_vpl_set *set, uint32_t cell, uint32_t every)
+{
+    uint32_t side = set->openings.side, i = cell % side, j = cell / side;
+    return (i + (every > 4 ? 3 : every > 2 ? 2 : 1) * j + lum_hash_u32(set->seed)) % every == 0;
+}
+
+static uint32_t count_taken(const struct lum_vpl_set *set, uint32_t every)
+{
+    uint32_t n = 0;
+    for (uint32_t k = 0; k < set->openings.n; k++)
+        n += takes(set, set->openings.cell[k], every);
+    return n;
+}
+
+/* Several points in each cell, or one in some of them. */
+static void place_windows(struct lum_vpl_set *set)
+{
+    const uint32_t n = set->openings.n;
+    uint32_t in_each = 1, every = 1;
+    if (n == 0)
+        return;
+    while (2 * in_each * n <= LUM_VPL_WINDOWS)
+        in_each *= 2;
+    while (count_taken(set, every) > LUM_VPL_WINDOWS)
+        every *= 2;
+    set->per_opening = (float)in_each / (float)every;
+    for (uint32_t k = 0; k < n; k++)
+        for (uint32_t j = 0; j < in_each && takes(set, set->openings.cell[k], every); j++)
+            place_window(set, set->openings.cell[k], j, in_each);
 }
 
 /* LUM_NO_OBJECT: none shines, or it is not even. */
@@ -53,15 +108,67 @@ void lum_vpl_place_sky(struct lum_vpl_set *set, const struct lum_snapshot *s)
         return;
     struct lum_light unit = s->lights.lights[set->sky];
     unit.power = lum_grey(1.0f);
-    for (uint32_t i = 0; i < set->n_sky; i++) {
+    for (uint32_t i = 0; i < LUM_VPL_DOME; i++) {
         struct lum_light_sample sample;
-        if (lum_environment_sample(&unit, lattice_point(i, set->n_sky, set->seed), &sample))
+        if (lum_environment_sample(&unit, lattice_point(i, LUM_VPL_DOME, set->seed), &sample))
             place(set, lum_vpl_first_sky(set) + i, &sample);
     }
+    place_windows(set);
 }
 
 bool lum_vpl_sky_serves(const struct lum_vpl_set *set, const struct lum_snapshot *s)
 {
     uint32_t sky = shining_sky(s);
     return set->n_sky == 0 || sky == LUM_NO_OBJECT || sky == set->sky;
+}
+
+/* ---- weights ---- */
+
+static float dome_density(const struct lum_light *sky, struct lum_vec3 d)
+{
+    float pdf = sky->env ? lum_env_map_pdf(sky->env, lum_frame_to_local(&sky->frame, d)) : 0.25f * LUM_INV_PI;
+    return (float)LUM_VPL_DOME * pdf;
+}
+
+bool lum_vpl_sees_windows(const struct lum_vpl_set *set, struct lum_vec3 p)
+{
+    const struct lum_vec3 lo = set->openings.lo, hi = set->openings.hi;
+    return set->per_opening > 0.0f && p.x >= lo.x && p.x <= hi.x && p.y >= lo.y && p.y <= hi.y && p.z >= lo.z &&
+           p.z <= hi.z;
+}
+
+float lum_vpl_dome_weight(const struct lum_vpl_set *set, const struct lum_light *sky, uint32_t slot, struct lum_vec3 p)
+{
+    struct lum_vec3 d = lum_v3_neg(lum_v3(set->nx[slot], set->ny[slot], set->nz[slot]));
+    struct lum_opening_hit hit;
+    if (!(set->per_opening > 0.0f) || !lum_openings_leave(&set->openings, p, d, &hit) ||
+        !lum_openings_is_open(&set->openings, hit.cell))
+        return 1.0f;
+    float dome = dome_density(sky, d), r2 = hit.distance * hit.distance;
+    return dome * hit.cosine / (dome * hit.cosine + set->per_opening * r2 / hit.area);
+}
+
+/* With d = v - p, r its length, a = d.n, h = -d.n_v and K points per area, the term is
+ *   f = L a / (D r + K r^4 / h) = L a / g,
+ * and df/dp = -df/dd = -L (n / g - a / g^2 (D d / r + 4 K r^2 d / h + K r^4 n_v / h^2)). How L and D change with d is
+ * left out: a sky is even. */
+bool lum_vpl_window_term(const struct lum_vpl_set *set, const struct lum_light *sky, uint32_t slot, struct lum_vec3 p,
+                         struct lum_vec3 n, struct lum_window_term *ret)
+{
+    struct lum_vec3 v = {set->px[slot], set->py[slot], set->pz[slot]},
+                    nv = {set->nx[slot], set->ny[slot], set->nz[slot]};
+    struct lum_vec3 d = lum_v3_sub(v, p);
+    float r2 = lum_dot(d, d), r = sqrtf(r2), a = lum_dot(d, n), h = -lum_dot(d, nv);
+    if (!(a > 0.0f && h > 0.0f && sky->on))
+        return false;
+    uint32_t axis = nv.x != 0.0f ? 0 : nv.y != 0.0f ? 1 : 2;
+    float k = set->per_opening / lum_openings_cell_area(&set->openings, axis);
+    struct lum_vec3 unit = lum_v3_mul(d, 1.0f / r);
+    float dome = dome_density(sky, unit), g = dome * r + k * r2 * r2 / h;
+    float per_g = 1.0f / g, along = a * per_g * per_g * (dome / r + 4.0f * k * r2 / h);
+    float across = a * per_g * per_g * k * r2 * r2 / (h * h);
+    ret->radiance = lum_sky_radiance(sky, unit);
+    ret->g = a * per_g;
+    ret->gradient = lum_v3_mad(lum_v3_mad(lum_v3_mul(n, -per_g), d, along), nv, across);
+    return isfinite(ret->g) && lum_v3_finite(ret->gradient);
 }

@@ -108,8 +108,8 @@ static void flux_is_what_leaves_it(void **state)
             for (int j = 0; j < 4; j++)
                 u[j] = (float)(rng_u64(&random) >> 40) * 0x1p-24f;
             struct lum_light_ray shot;
-            bool shone =
-                lum_light_emit(r.snapshot, 0, (struct lum_vec2){u[0], u[1]}, (struct lum_vec2){u[2], u[3]}, &shot);
+            bool shone = lum_light_emit(r.snapshot, 0, NULL, (struct lum_vec2){u[0], u[1]},
+                                        (struct lum_vec2){u[2], u[3]}, &shot);
             if (shone && front)
                 assert_true(shot.d.y < 0.0f);
             mean_add(&shots, shone ? 200 * (double)lum_luminance(shot.flux_unit) / scale2 : 0.0);

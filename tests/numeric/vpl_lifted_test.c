@@ -106,7 +106,7 @@ static double given(double a, double g, float m, float gain)
         struct lum_receiver at = {lum_v3((float)r, (float)g, 0), down, down};
         uint64_t seen = 1;
         struct lum_vpl_sum e;
-        lum_vpl_sum_visible(&set, &at, &seen, NULL, m, 0.0f, 1, NULL, &e);
+        lum_vpl_sum_visible(&set, &at, &seen, NULL, m, 0.0f, 1, NULL, false, &e);
         sum += (double)e.irradiance.g * 2.0 * LUM_PI_D * r * a / RINGS;
     }
     return sum;

@@ -68,7 +68,7 @@ static struct lum_vpl_sum sum_at(const struct fake *f, struct lum_vec3 p, struct
     struct lum_vpl_sum sum;
     for (uint32_t w = 0; w < lum_vpl_words(f->set.n); w++)
         faces[w] = lum_vpl_faces(&f->set, &at, w);
-    lum_vpl_sum_visible(&f->set, &at, faces, NULL, lift, 0.0f, 1, NULL, &sum);
+    lum_vpl_sum_visible(&f->set, &at, faces, NULL, lift, 0.0f, 1, NULL, false, &sum);
     return sum;
 }
 
@@ -179,7 +179,7 @@ static void only_who_faces_counts(void **state)
     assert_int_equal(lum_vpl_faces(&f.set, &at, 0), 1u);
     uint64_t none = 0;
     struct lum_vpl_sum sum;
-    lum_vpl_sum_visible(&f.set, &at, &none, NULL, 1.0f, 0.0f, 1, NULL, &sum);
+    lum_vpl_sum_visible(&f.set, &at, &none, NULL, 1.0f, 0.0f, 1, NULL, false, &sum);
     assert_true(lum_rgb_black(sum.irradiance));
     fake_end(&f);
 }
@@ -226,11 +226,11 @@ static void some_stand_for_all(void **state)
                                   lum_v3(0, 1, 0), lum_v3(0, 1, 0)};
         uint64_t bits[SIDE_N * SIDE_N / 64];
         struct lum_vpl_sum sum;
-        lum_vpl_sum_visible(&f.set, &at, f.all, NULL, 1.0f, 0.0f, 1, NULL, &sum);
+        lum_vpl_sum_visible(&f.set, &at, f.all, NULL, 1.0f, 0.0f, 1, NULL, false, &sum);
         whole += (double)sum.irradiance.g;
         float step = lum_vpl_draw(&f.set, &at, 1.0f, ASKED, 1, bits);
         assert_true(step > 0.0f);
-        lum_vpl_sum_visible(&f.set, &at, bits, NULL, 1.0f, step, 1, NULL, &sum);
+        lum_vpl_sum_visible(&f.set, &at, bits, NULL, 1.0f, step, 1, NULL, false, &sum);
         drawn += (double)sum.irradiance.g;
         for (uint32_t w = 0; w < SIDE_N * SIDE_N / 64; w++)
             n_drawn += __builtin_popcountll(bits[w]);
@@ -271,8 +271,8 @@ static void a_block_brings_what_it_should(void **state)
             struct lum_vpl_sum whole, some;
             block[k / 64] = f.all[k / 64] & UINT64_C(0xffffffff) << k % 64;
             drawn[k / 64] = block[k / 64] & bits[k / 64];
-            lum_vpl_sum_visible(&f.set, &at, block, NULL, 1.0f, 0.0f, 1, NULL, &whole);
-            lum_vpl_sum_visible(&f.set, &at, drawn, NULL, 1.0f, step, 1, NULL, &some);
+            lum_vpl_sum_visible(&f.set, &at, block, NULL, 1.0f, 0.0f, 1, NULL, false, &whole);
+            lum_vpl_sum_visible(&f.set, &at, drawn, NULL, 1.0f, step, 1, NULL, false, &some);
             float off = fabsf(some.irradiance.g - whole.irradiance.g), draw = step * LUM_INV_PI;
             if (!(off <= draw * (1.0f + 0x1p-18f)))
                 fail_msg("place %u, block %u: off by %g draws", place, k, (double)(off / draw));
