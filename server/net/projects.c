@@ -356,6 +356,7 @@ void lum_projects_turn(struct lum_projects *all, int64_t now_ns)
     struct lum_project *unused = longest_unused(all, now_ns);
     if (unused && memory_is_short(all) && !count_in(all, LUM_STAGE_CLOSING))
         lum_project_close(unused);
+    lum_projects_age_trash(all, now_ns);
     lum_projects_turn_orders(all);
 }
 
@@ -391,7 +392,8 @@ enum lum_status lum_projects_create(const struct lum_projects_config *config, st
     all->many = true;
     all->works_tail = &all->works;
     all->done_tail = &all->done;
-    enum lum_status st = lum_project_store_open(config->path, &lum_disk_real, time(NULL), &all->store, err);
+    enum lum_status st = lum_project_store_open(config->path, config->disk ? config->disk : &lum_disk_real,
+                                                lum_projects_now_s(all), &all->store, err);
     if (!st)
         st = lum_projects_read_list(all, err);
     if (st)
@@ -509,7 +511,7 @@ void lum_project_note_change(struct lum_project *p, uint64_t scene_rev, struct l
     struct lum_project_item *item = p->all->many ? lum_projects_item(p->all, p->info.id) : NULL;
     lum_changes_kept_add(&p->changes, scene_rev, text);
     if (item)
-        item->info.changed_s = time(NULL);
+        item->info.changed_s = lum_projects_now_s(p->all);
 }
 
 uint64_t lum_project_opening(const struct lum_project *p)

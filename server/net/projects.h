@@ -27,6 +27,8 @@ struct lum_projects_config {
     uint64_t max_bytes;                  /* of this process, beyond which unused ones are closed; 0: no end */
     int64_t unused_ns;                   /* so long one without sessions stays open */
     uint64_t (*memory_now)(void);        /* NULL: what the system says; tests say otherwise */
+    int64_t (*time_now)(void);           /* likewise: seconds of the Unix epoch */
+    const struct lum_disk *disk;         /* likewise: for what is done with the folders of projects */
 };
 LUM_MUST_USE enum lum_status lum_projects_create(const struct lum_projects_config *config,
                                                  struct lum_projects **ret_projects, struct lum_error *err);
@@ -80,6 +82,8 @@ enum lum_project_verb {
     LUM_PROJECT_RENAME,
     LUM_PROJECT_DELETE,
     LUM_PROJECT_RESTORE,
+    LUM_PROJECT_ERASE,
+    LUM_TRASH_EMPTY,
     LUM_VERSION_KEEP,
     LUM_VERSION_LIST,
     LUM_VERSION_REMOVE,
@@ -93,6 +97,7 @@ struct lum_project_order {
     lum_project_id from, version; /* create: what it begins with, "": info.scene. version.remove: which; made by keep */
     char version_name[LUM_LIMIT_PROJECT_NAME_BYTES + 1]; /* keep */
     struct lum_version_list *versions;                   /* the answer of version.list, from lum_calloc; the caller's */
+    uint32_t n_erased;                                   /* the answer of trash.empty */
 };
 /* False: err says why not. */
 bool lum_projects_order(struct lum_projects *all, const struct lum_project_order *order, struct lum_proto_error *err);

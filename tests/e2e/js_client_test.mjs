@@ -246,6 +246,13 @@ test('a session is of a project, by name or by the address', async () => {
         assert.ok((await inside.scene()).has('main'));
         await inside.close();
     }
+    const host = await lumend.connect(many.url, { project: '' });
+    const gone = [];
+    for (const name of ['a', 'b', 'c']) gone.push((await host.call('project.create', { name })).project);
+    for (const one of gone) await host.call('project.delete', { project: one });
+    assert.deepEqual(await host.call('project.erase', { project: gone[0] }), { project: gone[0] });
+    assert.deepEqual(await host.call('trash.empty', {}), { erased: 2 });
+    await host.close();
     assert.equal(await many.stop(), 0);
 });
 

@@ -141,6 +141,35 @@ class Projects(unittest.TestCase):
             self.assertEqual(self.lamps(self.enter(daemon, project)), ["kept"])
             self.assertEqual(self.hello["project"]["name"], "Foyer, 2nd")
 
+    def test_removed_for_ever(self):
+        left = lambda: sorted(name.split(".")[0] for name in os.listdir(self.folder) if name != "lock")
+        with self.start("--close-unused", "1", "--audit") as daemon:
+            lobby = daemon.connect()
+            first, second, third = (lobby.call("project.create", {"name": n})["project"] for n in ("First", "Second", "Third"))
+            ws = self.enter(daemon, first)
+            self.add(ws, "a")
+            lobby.call("version.keep", {"project": first, "name": "with a"})
+            self.assertIn("trash", self.refused("in_use", lambda: lobby.call("project.erase", {"project": first})))
+            ws.leave()
+            self.wait_closed(daemon)
+            self.assertIn("trash", self.refused("not_found", lambda: lobby.call("project.erase", {"project": first})))
+            self.refused("not_found", lambda: lobby.call("project.erase", {"project": "a" * 12}))
+            lobby.call("project.delete", {"project": first})
+            self.assertEqual(lobby.call("project.erase", {"project": first}), {"project": first})
+            self.assertEqual(left(), sorted([second, third]))
+            self.refused("not_found", lambda: lobby.call("project.restore", {"project": first}))
+            self.refused("not_found", lambda: self.enter(daemon, first))
+            for project in (second, third):
+                lobby.call("project.delete", {"project": project})
+            self.assertEqual(lobby.call("trash.empty"), {"erased": 2})
+            self.assertEqual((left(), lobby.call("trash.empty"), lobby.call("project.list")["trash"]), ([], {"erased": 0}, []))
+            self.assertRegex(daemon.read_log(), f'{first} is removed for ever by [^ ]+: .*First')
+            self.assertRegex(daemon.read_log(), "the trash is emptied by [^ ]+: 2 projects")
+        os.makedirs(os.path.join(self.folder, "part." + first, "content"))  # of a removal that a crash cut short
+        with self.start() as daemon:
+            listed = daemon.connect().call("project.list")
+            self.assertEqual((listed["projects"], listed["trash"], left()), ([], [], []))
+
     def test_copies_and_versions_go_their_own_way(self):
         model = os.path.join(HERE, "web", "lamp.gltf")
         with open(model, "rb") as file:
@@ -194,7 +223,7 @@ class Projects(unittest.TestCase):
             for name in NO_NAMES:
                 self.refused("invalid_value", lambda name=name: lobby.call("project.create", {"name": name}))
             for project in NO_IDS:
-                for method in ("delete", "restore", "rename"):
+                for method in ("delete", "restore", "erase", "rename"):
                     more = {"name": "x"} if method == "rename" else {}
                     with self.assertRaises(RpcError):
                         lobby.call(f"project.{method}", {"project": project, **more})

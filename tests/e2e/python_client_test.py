@@ -210,6 +210,12 @@ class Breaks(unittest.TestCase):
                 with session() as session:
                     self.assertEqual(session.project, {"id": made, "name": "Foyer"})
                     self.assertIn("main", session.scene())
+            with lumend.connect(url_of(daemon)) as lobby:
+                gone = [lobby.call("project.create", name=f"gone {i}")["project"] for i in range(3)]
+                for project in gone:
+                    lobby.call("project.delete", project=project)
+                self.assertEqual(lobby.call("project.erase", project=gone[0]), {"project": gone[0]})
+                self.assertEqual(lobby.call("trash.empty"), {"erased": 2})
 
     def test_records_are_those_of_the_protocol(self):
         done = subprocess.run([sys.executable, os.path.join(PYTHON, "records_from_protocol.py"), "--check"],
