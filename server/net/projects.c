@@ -309,6 +309,12 @@ enum lum_project_door lum_projects_enter(struct lum_projects *all, const char *i
     return LUM_PROJECT_IN;
 }
 
+const char *lum_projects_stage(const struct lum_projects *all, const char *id)
+{
+    const struct lum_project *p = lum_projects_find_open(all, id);
+    return p && p->stage == LUM_STAGE_OPENING ? "opening" : "waiting";
+}
+
 void lum_project_leave(struct lum_project *p, int64_t now_ns)
 {
     if (p && --p->n_sessions == 0)

@@ -57,6 +57,8 @@ enum lum_project_door {
 /* id "": the one scene. */
 enum lum_project_door lum_projects_enter(struct lum_projects *all, const char *id, int64_t now_ns,
                                          struct lum_project **ret_project, struct lum_proto_error *err);
+/* Told who waits: "opening", its scene is being read; "waiting", something else has to end first. */
+const char *lum_projects_stage(const struct lum_projects *all, const char *id);
 void lum_project_leave(struct lum_project *p, int64_t now_ns); /* accepts NULL */
 
 /* Those that are open: 0 .. LUM_LIMIT_PROJECTS_OPEN - 1; NULL: none is there. */

@@ -1,4 +1,5 @@
 """--projects: many scenes in one daemon. Nobody sees anything of another's, and all is there again after any end."""
+import fcntl
 import http.client
 import json
 import os
@@ -248,6 +249,27 @@ class Projects(unittest.TestCase):
             self.assertTrue(self.hello["resumed"])
             ws.call("scene.undo")
             self.assertEqual(self.lamps(ws), [])
+
+    def test_who_waits_hears_so_and_who_is_refused_has_an_end(self):
+        with self.start() as daemon:
+            lobby = daemon.connect()
+            a, b = (lobby.call("project.create", {"name": n})["project"] for n in "AB")
+            ws = daemon.connect(hello=False)
+            with open(os.path.join(self.folder, a, "lock"), "w", encoding="utf-8") as lock:
+                fcntl.flock(lock, fcntl.LOCK_EX)  # another writes there: it cannot be opened
+                self.refused("conflict", lambda: ws.hello(daemon.token, project=a))
+                told = {"project": a, "stage": "opening", "waited_s": 0}
+                self.assertEqual(ws.notifications[0], ("project.opening", told))
+                ws.hello(daemon.token, project=b)  # another one, in time
+                self.assertEqual(ws.notifications[-1][1]["project"], b)
+                silent = daemon.connect(hello=False)
+                self.refused("conflict", lambda: silent.hello(daemon.token, project=a))
+                with self.assertRaises(Closed) as caught:
+                    silent.wait_notification("nothing more")
+                self.assertEqual(caught.exception.code, 4001)
+            ws.call("scene.get")  # who said hello in time stays
+            silent = self.enter(daemon, a)
+            self.assertEqual(self.lamps(silent), [])
 
     def test_one_scene_has_no_projects(self):
         with Daemon() as daemon:

@@ -283,6 +283,8 @@ export interface Notifications {
     'frame.stats': FrameStats;
     sensors: { sensors: readonly SensorValue[] };
     'preset.fading': { id: string; fade_s: number; left_s: number };
+    /** Before the answer to `session.hello`, again and again while that waits. */
+    'project.opening': { project: string; stage: 'opening' | 'waiting'; waited_s: number };
     'session.closing': JsonObject;
 }
 

@@ -152,3 +152,23 @@ test('the trash is emptied by keyboard, after a question', async () => {
     await at.close();
     assert.equal(await empty.stop(), 0, empty.log);
 });
+
+test('a project that is being opened says so, and is waited for', async () => {
+    const slow = await context.newPage();
+    let server;
+    await slow.routeWebSocket(/./, (socket) => (server = socket)); // this test says what the server does
+    await slow.goto(new URL('/?project=aaaaaaaaaaaa', daemon.url).href);
+    await eventually(() => server, () => 'no socket');
+    const tell = (stage, waited_s) =>
+        server.send(JSON.stringify({ jsonrpc: '2.0', method: 'project.opening', params: { project: 'aaaaaaaaaaaa', stage, waited_s } }));
+    const banner = slow.locator('.banner');
+    await banner.getByText('Opening…').waitFor();
+    tell('waiting', 0);
+    await banner.getByText('The server opens the project as soon as it has room for it').waitFor();
+    tell('opening', 42);
+    await banner.getByText('42 s').waitFor();
+    await banner.getByRole('status').getByText('The server opens the project', { exact: true }).waitFor();
+    await slow.locator('header').getByText('opening').waitFor();
+    assert.deepEqual(await violations(slow), []);
+    await slow.close();
+});
