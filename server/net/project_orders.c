@@ -21,6 +21,7 @@ static bool add_item(struct lum_projects *all, const struct lum_project_info *in
     if (all->n_items == LUM_LIMIT_PROJECTS)
         return false;
     all->items[all->n_items++] = (struct lum_project_item){.info = *info};
+    all->list_rev++;
     return true;
 }
 
@@ -28,6 +29,7 @@ static void remove_item(struct lum_projects *all, struct lum_project_item *item)
 {
     size_t i = (size_t)(item - all->items);
     memmove(item, item + 1, (--all->n_items - i) * sizeof *item);
+    all->list_rev++;
 }
 
 static bool list_one(void *user, const struct lum_project_info *info)
@@ -63,6 +65,11 @@ struct lum_project_item *lum_projects_item(const struct lum_projects *all, const
 size_t lum_projects_count(const struct lum_projects *all)
 {
     return all->n_items;
+}
+
+uint64_t lum_projects_list_rev(const struct lum_projects *all)
+{
+    return all->list_rev;
 }
 
 const struct lum_project_info *lum_projects_nth(const struct lum_projects *all, size_t i)
@@ -321,6 +328,7 @@ static void set_item(struct lum_projects *all, const struct lum_project_info *in
     } else if (there) {
         memcpy(item->info.name, info->name, sizeof item->info.name);
         item->info.deleted_s = info->deleted_s;
+        all->list_rev++;
     } else if (item) {
         remove_item(all, item);
     }

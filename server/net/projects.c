@@ -258,8 +258,9 @@ static enum lum_project_door begin_opening(struct lum_projects *all, const struc
     while (p->stage != LUM_STAGE_FREE) /* there is one: config.max_open */
         p++;
     *p = (struct lum_project){.all = all, .stage = LUM_STAGE_OPENING, .info = *info};
+    all->list_rev++;
     if (!lum_project_path(&all->store, info->id, p->path) || !lum_project_thread_begin(&p->thread, open_main, p)) {
-        p->stage = LUM_STAGE_FREE;
+        p->stage = LUM_STAGE_FREE; /* nobody has seen it */
         return refuse(all, err, "there is no memory to open the project");
     }
     return LUM_PROJECT_SOON;
@@ -337,17 +338,23 @@ static void is_open(struct lum_project *p, int64_t now_ns)
     lum_log(&p->all->config.director.log, LUM_LOG_INFO, "projects", "%s is open", p->info.id);
 }
 
+static void is_gone(struct lum_project *p)
+{
+    p->stage = LUM_STAGE_FREE;
+    p->all->list_rev++;
+}
+
 static void turn_one(struct lum_project *p, int64_t now_ns)
 {
     bool done = p->thread.runs && atomic_load(&p->thread.done);
     if (p->stage == LUM_STAGE_FAILED) /* those who wait have been told in between */
-        p->stage = LUM_STAGE_FREE;
+        is_gone(p);
     else if (p->stage == LUM_STAGE_OPENING && done) {
         lum_project_thread_end(&p->thread);
         is_open(p, now_ns);
     } else if (p->stage == LUM_STAGE_CLOSING && (done || !p->thread.runs)) {
         lum_project_thread_end(&p->thread);
-        p->stage = LUM_STAGE_FREE;
+        is_gone(p);
     } else if (lum_project_is_idle(p) && now_ns - p->unused_ns >= p->all->config.unused_ns) {
         lum_project_close(p);
     }
@@ -516,8 +523,11 @@ void lum_project_note_change(struct lum_project *p, uint64_t scene_rev, struct l
 {
     struct lum_project_item *item = p->all->many ? lum_projects_item(p->all, p->info.id) : NULL;
     lum_changes_kept_add(&p->changes, scene_rev, text);
-    if (item)
-        item->info.changed_s = lum_projects_now_s(p->all);
+    int64_t now_s = item ? lum_projects_now_s(p->all) : 0;
+    if (!item || item->info.changed_s == now_s)
+        return;
+    item->info.changed_s = now_s;
+    p->all->list_rev++;
 }
 
 uint64_t lum_project_opening(const struct lum_project *p)

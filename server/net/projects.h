@@ -77,6 +77,8 @@ uint64_t lum_project_opening(const struct lum_project *p);
 
 size_t lum_projects_count(const struct lum_projects *all);
 const struct lum_project_info *lum_projects_nth(const struct lum_projects *all, size_t i);
+/* Another one whenever something of the list is otherwise, or one was opened or closed. */
+uint64_t lum_projects_list_rev(const struct lum_projects *all);
 struct lum_project *lum_projects_find_open(const struct lum_projects *all, const char *id); /* NULL: it is not open */
 
 enum lum_project_verb {

@@ -68,6 +68,7 @@ struct lum_projects {
     struct lum_project_store store;
     struct lum_project_item *items;
     size_t n_items;
+    uint64_t list_rev;
     struct lum_project_work *works, **works_tail; /* oldest first; the first may run */
     unsigned n_works;
     struct lum_project_work *done, **done_tail;

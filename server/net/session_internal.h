@@ -60,6 +60,9 @@ struct lum_sessions {
     bool draining;
     bool ended; /* lum_sessions_take_ended */
     uint32_t n_greeted;
+    uint64_t people_rev; /* another one whenever somebody came or went */
+    char *list_text;     /* the answer to project.list, as it is written; NULL: nobody has asked */
+    uint64_t list_rev, list_people_rev;
     int64_t refusal_told_ns; /* when the log last heard of a wrong token; 0: never */
     uint32_t n_untold;       /* wrong tokens since then */
     struct lum_parked parked[LUM_LIMIT_PARKED];

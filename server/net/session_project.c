@@ -70,25 +70,48 @@ static cJSON *built_in_scenes(void)
     return scenes;
 }
 
-struct cJSON *lum_session_list_projects(struct lum_session *s, const struct lum_rpc *rpc, struct lum_proto_error *err)
+static cJSON *list(const struct lum_sessions *t)
 {
-    const struct lum_projects *projects = s->table->config.projects;
-    if (!read_nothing(s, rpc, err))
-        return NULL;
-    cJSON *result = cJSON_CreateObject(), *list = cJSON_CreateArray(), *trash = cJSON_CreateArray();
-    bool ok = list && trash;
+    const struct lum_projects *projects = t->config.projects;
+    cJSON *result = cJSON_CreateObject(), *here = cJSON_CreateArray(), *trash = cJSON_CreateArray();
+    bool ok = here && trash;
     for (size_t i = 0; i < lum_projects_count(projects) && ok; i++) {
         const struct lum_project_info *info = lum_projects_nth(projects, i);
-        ok = lum_json_add(info->deleted_s ? trash : list, NULL, describe(s->table, info));
+        ok = lum_json_add(info->deleted_s ? trash : here, NULL, describe(t, info));
     }
     ok = lum_json_add(result, "scenes", built_in_scenes()) && ok;
-    ok = lum_json_add(result, "projects", list) && ok;
+    ok = lum_json_add(result, "projects", here) && ok;
     ok = lum_json_add(result, "trash", trash) && ok;
     if (ok)
         return result;
     cJSON_Delete(result);
-    lum_proto_fail_memory(err);
     return NULL;
+}
+
+/* Pages that show the list ask every other second: it is written once, until something of it is otherwise. */
+static const char *list_text(struct lum_sessions *t)
+{
+    uint64_t rev = lum_projects_list_rev(t->config.projects);
+    if (t->list_text && t->list_rev == rev && t->list_people_rev == t->people_rev)
+        return t->list_text;
+    cJSON *now = list(t);
+    free(t->list_text);
+    t->list_text = now ? lum_json_print(now, NULL) : NULL;
+    t->list_rev = rev;
+    t->list_people_rev = t->people_rev;
+    cJSON_Delete(now);
+    return t->list_text;
+}
+
+struct cJSON *lum_session_list_projects(struct lum_session *s, const struct lum_rpc *rpc, struct lum_proto_error *err)
+{
+    if (!read_nothing(s, rpc, err))
+        return NULL;
+    const char *text = list_text(s->table);
+    cJSON *result = text ? cJSON_CreateRaw(text) : NULL;
+    if (!result)
+        lum_proto_fail_memory(err);
+    return result;
 }
 
 /* ---- orders ---- */

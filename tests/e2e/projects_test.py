@@ -3,6 +3,7 @@ import fcntl
 import http.client
 import json
 import os
+import re
 import tempfile
 import time
 import unittest
@@ -270,6 +271,55 @@ class Projects(unittest.TestCase):
             ws.call("scene.get")  # who said hello in time stays
             silent = self.enter(daemon, a)
             self.assertEqual(self.lamps(silent), [])
+
+    def test_the_list_tells_each_change_and_reads_nothing(self):
+        with self.start("--close-unused", "1") as daemon:
+            lobby = daemon.connect()
+
+            def listed(again=True):
+                answer = lobby.call("project.list")
+                if again:  # what was written is given again
+                    self.assertEqual(answer, lobby.call("project.list"))
+                return [(p["name"], p["open"], len(p["people"])) for p in answer["projects"]], [p["name"] for p in answer["trash"]]
+
+            def comes(what):  # what the daemon sees by itself: that somebody left
+                while listed(again=False) != what:
+                    time.sleep(0.05)
+
+            self.assertEqual(listed(), ([], []))
+            a = lobby.call("project.create", {"name": "A"})["project"]
+            self.assertEqual(listed(), ([("A", False, 0)], []))
+            ann = self.enter(daemon, a)
+            self.assertEqual(listed(), ([("A", True, 1)], []))
+            bob = self.enter(daemon, a)
+            self.assertEqual(listed(), ([("A", True, 2)], []))
+            changed_s = lobby.call("project.list")["projects"][0]["changed_s"]
+            while lobby.call("project.list")["projects"][0]["changed_s"] == changed_s:
+                ann.call("scene.apply", {"ops": [{"op": "set", "id": "render", "path": "/exposure_ev", "value": 3}]})
+            lobby.call("project.rename", {"project": a, "name": "B"})
+            self.assertEqual(listed(), ([("B", True, 2)], []))
+            ann.leave()
+            comes(([("B", True, 1)], []))
+            bob.close()
+            comes(([("B", False, 0)], []))
+            lobby.call("project.delete", {"project": a})
+            self.assertEqual(listed(), ([], ["B"]))
+            lobby.call("project.restore", {"project": a})
+            self.assertEqual(listed(), ([("B", False, 0)], []))
+            lobby.call("project.delete", {"project": a})
+            lobby.call("project.erase", {"project": a})
+            self.assertEqual(listed(), ([], []))
+            for i in range(30):
+                lobby.call("project.create", {"name": f"room {i}"})
+            read = lambda: self.bytes_read(daemon.process.pid)
+            before = read()
+            for _ in range(100):
+                lobby.call("project.list")
+            self.assertLess(read() - before, 100 * 30)  # the thread of the network wakes up, and reads no file
+
+    def bytes_read(self, pid):
+        with open(f"/proc/{pid}/task/{pid}/io", encoding="ascii") as file:
+            return int(re.search(r"rchar: (\d+)", file.read())[1])
 
     def test_one_scene_has_no_projects(self):
         with Daemon() as daemon:
