@@ -172,6 +172,31 @@ class Projects(unittest.TestCase):
             listed = daemon.connect().call("project.list")
             self.assertEqual((listed["projects"], listed["trash"], left()), ([], [], []))
 
+    def test_killed_while_the_trash_is_emptied(self):
+        with self.start() as daemon:
+            lobby = daemon.connect()
+            made = [lobby.call("project.create", {"name": f"room {i}", "scene": "furnace"})["project"] for i in range(12)]
+            for project in made:
+                lobby.call("version.keep", {"project": project, "name": "as it was"})
+                lobby.call("project.delete", {"project": project})
+            lobby.send_request("trash.empty")
+            while sum(name.startswith("trash.") for name in os.listdir(self.folder)) > 8:
+                pass  # in the midst of it, wherever that is
+            daemon.process.kill()
+            daemon.process.wait()
+            daemon.stop = lambda: 0
+            daemon.process.stdout.close()
+        with self.start() as daemon:
+            lobby = daemon.connect()
+            self.assertEqual([name for name in os.listdir(self.folder) if name.startswith("part.")], [])
+            trash = [p["id"] for p in lobby.call("project.list")["trash"]]
+            self.assertLessEqual(set(trash), set(made))
+            for project in trash:  # whole, with its version
+                lobby.call("project.restore", {"project": project})
+                self.assertEqual(len(lobby.call("version.list", {"project": project})["versions"]), 1)
+            if trash:
+                self.assertIn("ops", self.enter(daemon, trash[0]).call("scene.get"))
+
     def test_copies_and_versions_go_their_own_way(self):
         model = os.path.join(HERE, "web", "lamp.gltf")
         with open(model, "rb") as file:
