@@ -27,13 +27,13 @@ after(async () => {
 
 const names = () => page.locator('.project-name').allTextContents();
 
-async function shot(name) {
+async function shot(name, of = page) {
     if (!SHOTS) return;
     for (const [width, height] of [[1440, 900], [400, 800]]) {
-        await page.setViewportSize({ width, height });
-        await page.screenshot({ path: join(SHOTS, `${name}-${width}.png`) });
+        await of.setViewportSize({ width, height });
+        await of.screenshot({ path: join(SHOTS, `${name}-${width}.png`) });
     }
-    await page.setViewportSize({ width: 1280, height: 720 });
+    await of.setViewportSize({ width: 1280, height: 720 });
 }
 
 async function openMore(name) {
@@ -135,6 +135,7 @@ test('the trash is emptied by keyboard, after a question', async () => {
     await at.getByRole('group', { name: 'Delete A "1" for ever?' }).waitFor();
     assert.equal(await focused(), 'Keep'); // Enter twice does no harm
     assert.deepEqual(await violations(at), []);
+    await shot('trash', at);
     await at.keyboard.press('Escape');
     await eventually(async () => (await focused()) === 'Delete for ever', focused);
     await at.keyboard.press('Enter');
