@@ -116,6 +116,8 @@ static void wait_no_more(struct fixture *f)
         sem_wait(&woken);
         lum_sessions_deliver(f->sessions);
     }
+    if (f->s->project)
+        fake_director_forget(lum_project_director(f->s->project)); /* it is none of the real ones */
 }
 
 static void who_waits_is_told_at_once_and_again(void **state)

@@ -213,6 +213,7 @@ static void only_what_is_in_the_trash_goes(void **state)
         lum_projects_turn(f->all, f->now_ns);
     }
     assert_non_null(p);
+    fake_director_forget(lum_project_director(p)); /* it is none of the real ones */
     assert_false(order(f, LUM_PROJECT_ERASE, id, &err));
     assert_string_equal(err.app, "in_use");
     lum_project_leave(p, f->now_ns);
