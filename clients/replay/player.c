@@ -20,6 +20,7 @@ struct player {
     struct ws *ws;
     struct canvas canvas;
     uint64_t next_call, next_edit;
+    uint64_t n_opening;  /* times that the server told that it is opening the project */
     uint64_t reply_to;   /* the call whose reply came last */
     struct cJSON *reply; /* its result, owned; NULL: it was refused */
     uint32_t view_id, camera_seq;
@@ -84,6 +85,8 @@ static void on_text(struct player *p, const struct ws_event *e)
             fail(p, "%s", error_message(&in));
     } else if (in.method && strcmp(in.method, "session.closing") == 0)
         fail(p, "the server is closing");
+    else if (in.method && strcmp(in.method, "project.opening") == 0)
+        p->n_opening++;
     lum_rpc_incoming_finish(&in);
 }
 
@@ -175,11 +178,14 @@ static int64_t timeout_at(const struct player *p)
 /* Sends a request and waits for its reply; the result is in p->reply. */
 static bool call(struct player *p, const char *method, cJSON *params)
 {
-    uint64_t id = ++p->next_call;
+    uint64_t id = ++p->next_call, n_opening = p->n_opening;
     int64_t deadline = timeout_at(p);
     if (!send_text(p, lum_rpc_request(id, method, params)))
         return false;
-    while (p->reply_to != id)
+    while (p->reply_to != id) {
+        if (p->n_opening != n_opening)
+            deadline = timeout_at(p);
+        n_opening = p->n_opening;
         if (!step(p, deadline)) {
             if (p->failed) { /* name the call that the refusal belongs to */
                 char why[sizeof p->reason];
@@ -188,6 +194,7 @@ static bool call(struct player *p, const char *method, cJSON *params)
             }
             return fail(p, "no reply to %s", method);
         }
+    }
     return p->reply != NULL;
 }
 

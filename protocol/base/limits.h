@@ -76,12 +76,14 @@
 #define LUM_LIMIT_REPEAT_USERS 256u  /* whose are known: those who edited last */
 #define LUM_LIMIT_CHANGES_KEPT 1024u /* of the scene, for those who come back */
 #define LUM_LIMIT_CHANGES_KEPT_BYTES (4u << 20) /* a quarter of what may wait for one session */
-#define LUM_LIMIT_HELLO_S 5                     /* from connection to an accepted session.hello */
-#define LUM_LIMIT_MESSAGES_PER_S 240u           /* a 120 Hz drag of two values; token bucket with 2 s of burst */
-#define LUM_LIMIT_RX_BYTES_PER_S (4u << 20)     /* of a session: reading them takes a tenth of the net thread at most */
-#define LUM_LIMIT_RX_BURST_BYTES (16u << 20)    /* two of the largest messages at once */
-#define LUM_LIMIT_FRAME_COST_BYTES 1024u        /* what a frame costs beside its bytes: tiny ones are not free */
-#define LUM_LIMIT_VALUE_COST_BYTES 8u           /* and a value of JSON, which is an allocation */
+#define LUM_LIMIT_HELLO_S 5 /* from connection, or the refusal of a project, to an accepted session.hello */
+#define LUM_LIMIT_OPENING_TOLD_S                                                                                       \
+    2 /* how often who waits for a project hears so: a tenth of what a page takes for dead */
+#define LUM_LIMIT_MESSAGES_PER_S 240u        /* a 120 Hz drag of two values; token bucket with 2 s of burst */
+#define LUM_LIMIT_RX_BYTES_PER_S (4u << 20)  /* of a session: reading them takes a tenth of the net thread at most */
+#define LUM_LIMIT_RX_BURST_BYTES (16u << 20) /* two of the largest messages at once */
+#define LUM_LIMIT_FRAME_COST_BYTES 1024u     /* what a frame costs beside its bytes: tiny ones are not free */
+#define LUM_LIMIT_VALUE_COST_BYTES 8u        /* and a value of JSON, which is an allocation */
 #define LUM_LIMIT_CONTROL_QUEUE_BYTES (16u << 20) /* replies waiting in one session; over it the session is closed */
 #define LUM_LIMIT_UNACKED_FRAMES 2u               /* W = 2: one in flight, one being drawn */
 #define LUM_LIMIT_TILE_SIDE 128u                  /* a PNG tile stays below one socket write of 64 KiB */

@@ -100,10 +100,31 @@ static void close_soon(struct conn *c)
     lws_callback_on_writable(c->wsi);
 }
 
+/* Who has not said hello goes when its time is over, and makes room before. */
+static void expect_hello(struct conn *c)
+{
+    struct lum_peer *peer = lws_get_opaque_user_data(c->wsi);
+    if (peer)
+        peer->greeted = false;
+    c->kept = false;
+    lws_set_timer_usecs(c->wsi, (lws_usec_t)LUM_LIMIT_HELLO_S * LWS_US_PER_SEC);
+}
+
+static void keep_for_good(struct conn *c)
+{
+    struct lum_peer *peer = lws_get_opaque_user_data(c->wsi);
+    if (peer)
+        peer->greeted = true;
+    c->kept = true;
+    lws_set_timer_usecs(c->wsi, LWS_SET_TIMER_USEC_CANCEL);
+}
+
 /* Sees to it that what waits for this client goes out. One that takes nothing in never becomes writable: a close is not
  * left to that. */
 static void serve(const struct lum_net *net, struct conn *c)
 {
+    if (c->kept && !lum_session_greeted(c->session)) /* it waited for a project, and was refused */
+        expect_hello(c);
     if (!lum_session_pending(c->session))
         return;
     if (net->site.draining || lum_session_close_now(c->session))
@@ -127,7 +148,7 @@ static int ws_established(struct lum_net *net, struct lws *wsi, struct conn *c)
     if (!c->session)
         return close_with(c, LUM_CLOSE_BUSY);
     net->conns[lum_session_slot(c->session)] = c;
-    lws_set_timer_usecs(wsi, (lws_usec_t)LUM_LIMIT_HELLO_S * LWS_US_PER_SEC);
+    expect_hello(c);
     serve(net, c);
     return 0;
 }
@@ -161,14 +182,6 @@ static void charge(struct conn *c, const char *bytes, size_t n)
     lws_sul_schedule(lws_get_context(c->wsi), 0, &c->read_later, read_on, wait_ns / 1000 + READ_LATER_US);
 }
 
-static void keep_for_good(struct lws *wsi)
-{
-    struct lum_peer *peer = lws_get_opaque_user_data(wsi);
-    if (peer)
-        peer->greeted = true;
-    lws_set_timer_usecs(wsi, LWS_SET_TIMER_USEC_CANCEL);
-}
-
 static int ws_receive(struct lum_net *net, struct conn *c, const char *bytes, size_t n)
 {
     struct lws *wsi = c->wsi;
@@ -187,7 +200,7 @@ static int ws_receive(struct lum_net *net, struct conn *c, const char *bytes, si
     lum_session_receive(c->session, c->rx.bytes ? c->rx.bytes : "", c->rx.n);
     lum_rx_clear(&c->rx);
     if (lum_session_greeted(c->session))
-        keep_for_good(wsi);
+        keep_for_good(c);
     if (lum_sessions_take_ended(net->sessions))
         lum_net_wake(net);
     serve(net, c);

@@ -25,6 +25,7 @@ struct conn {
     struct lum_session *session; /* NULL: not a WebSocket */
     struct lum_rx rx;
     lws_sorted_usec_list_t read_later;
+    bool kept;    /* it said hello: no deadline runs */
     bool closing; /* close_soon was called */
     bool sending; /* message is on its way */
     struct lum_message message;

@@ -7,6 +7,13 @@
 #include "server/base/log.h"
 #include "server/net/projects_internal.h"
 
+#define TRASH_LOOK_NS (3600ll * 1000000000) /* it holds for a month: an hour more is none */
+
+int64_t lum_projects_now_s(const struct lum_projects *all)
+{
+    return all->config.time_now ? all->config.time_now() : (int64_t)time(NULL);
+}
+
 /* ---- the list ---- */
 
 static bool add_item(struct lum_projects *all, const struct lum_project_info *info)
@@ -14,7 +21,15 @@ static bool add_item(struct lum_projects *all, const struct lum_project_info *in
     if (all->n_items == LUM_LIMIT_PROJECTS)
         return false;
     all->items[all->n_items++] = (struct lum_project_item){.info = *info};
+    all->list_rev++;
     return true;
+}
+
+static void remove_item(struct lum_projects *all, struct lum_project_item *item)
+{
+    size_t i = (size_t)(item - all->items);
+    memmove(item, item + 1, (--all->n_items - i) * sizeof *item);
+    all->list_rev++;
 }
 
 static bool list_one(void *user, const struct lum_project_info *info)
@@ -52,6 +67,11 @@ size_t lum_projects_count(const struct lum_projects *all)
     return all->n_items;
 }
 
+uint64_t lum_projects_list_rev(const struct lum_projects *all)
+{
+    return all->list_rev;
+}
+
 const struct lum_project_info *lum_projects_nth(const struct lum_projects *all, size_t i)
 {
     return &all->items[i].info;
@@ -81,6 +101,18 @@ static bool may_be_deleted(const struct lum_projects *all, const char *id, struc
     bool used = p && (p->stage == LUM_STAGE_OPENING || (p->stage == LUM_STAGE_OPEN && !lum_project_is_idle(p)));
     return !used || lum_proto_fail(err, LUM_PROTO_APPLICATION, "in_use", "project",
                                    "somebody is in this project: it can be deleted when everybody has left it");
+}
+
+/* Only one that is in the trash goes for ever. */
+static bool refuse_to_erase(const struct lum_projects *all, const char *id, struct lum_proto_error *err)
+{
+    static const char first[] = "project.delete puts it into the trash first";
+    const struct lum_project *p = lum_projects_find_open(all, id);
+    if (p && p->n_sessions)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "in_use", "project",
+                              "somebody is in this project: when everybody has left it, %s", first);
+    return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "project", "this project is not in the trash: %s",
+                          first);
 }
 
 static bool is_there(const struct lum_projects *all, const char *id)
@@ -114,17 +146,48 @@ static bool check_order(const struct lum_projects *all, const struct lum_project
     if (o->verb == LUM_PROJECT_CREATE && all->n_items + all->n_works >= LUM_LIMIT_PROJECTS)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "",
                               "a server has at most %u projects, those in the trash, too", LUM_LIMIT_PROJECTS);
-    if (o->verb == LUM_PROJECT_CREATE && !o->from[0])
+    if (o->verb == LUM_TRASH_EMPTY || (o->verb == LUM_PROJECT_CREATE && !o->from[0]))
         return true;
     if (o->verb == LUM_PROJECT_CREATE)
         return is_there(all, o->from) ||
                lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "from", "there is no such project");
     struct lum_project_item *item = *ret_item = lum_projects_item(all, o->info.id);
-    bool trashed = item && (item->info.deleted_s || item->going), wanted = o->verb == LUM_PROJECT_RESTORE;
-    if (item && trashed == wanted && !(wanted && item->going))
+    bool wanted = o->verb == LUM_PROJECT_RESTORE || o->verb == LUM_PROJECT_ERASE;
+    if (item && !item->going && (item->info.deleted_s != 0) == wanted)
         return o->verb != LUM_PROJECT_DELETE || may_be_deleted(all, o->info.id, err);
+    if (o->verb == LUM_PROJECT_ERASE && item && !item->going)
+        return refuse_to_erase(all, o->info.id, err);
     return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "project", "there is no such project%s",
                           wanted ? " in the trash" : "");
+}
+
+/* Deleted before then, and nobody does anything with it. */
+static bool lies_since(const struct lum_project_item *item, int64_t before_s)
+{
+    return item->info.deleted_s && item->info.deleted_s < before_s && !item->going;
+}
+
+/* It goes with the next order to empty the trash. */
+static void mark_trash(struct lum_projects *all, int64_t before_s)
+{
+    for (size_t i = 0; i < all->n_items; i++)
+        if (lies_since(&all->items[i], before_s))
+            all->items[i].going = all->items[i].emptied = true;
+}
+
+void lum_projects_age_trash(struct lum_projects *all, int64_t now_ns)
+{
+    struct lum_proto_error err;
+    const struct lum_project_order o = {.verb = LUM_TRASH_EMPTY};
+    int64_t before_s = lum_projects_now_s(all) - LUM_LIMIT_TRASH_S;
+    bool any = false;
+    if (now_ns < all->trash_look_ns)
+        return;
+    all->trash_look_ns = now_ns + TRASH_LOOK_NS;
+    for (size_t i = 0; i < all->n_items && !any; i++)
+        any = lies_since(&all->items[i], before_s);
+    if (any && push(all, &o, true, &err))
+        mark_trash(all, before_s);
 }
 
 bool lum_projects_order(struct lum_projects *all, const struct lum_project_order *order, struct lum_proto_error *err)
@@ -138,12 +201,14 @@ bool lum_projects_order(struct lum_projects *all, const struct lum_project_order
         if (o.verb == LUM_PROJECT_RENAME)
             memcpy(o.info.name, order->info.name, sizeof o.info.name);
     } else {
-        o.info.changed_s = time(NULL);
+        o.info.changed_s = lum_projects_now_s(all);
     }
     if (!push(all, &o, false, err))
         return false;
-    if (o.verb == LUM_PROJECT_DELETE)
+    if (o.verb == LUM_PROJECT_DELETE || o.verb == LUM_PROJECT_ERASE)
         item->going = true;
+    if (o.verb == LUM_TRASH_EMPTY)
+        mark_trash(all, INT64_MAX);
     lum_projects_turn_orders(all);
     return true;
 }
@@ -216,8 +281,20 @@ static enum lum_status carry_out(struct lum_project_work *w)
         return lum_project_delete(store, info, w->now_s, &w->err);
     case LUM_PROJECT_RESTORE:
         return lum_project_restore(store, info, &w->err);
+    case LUM_PROJECT_ERASE:
+    case LUM_TRASH_EMPTY:
+        return lum_project_erase(store, info, &w->err);
     }
     return LUM_ERR_INTERNAL;
+}
+
+/* A rename that was done, and whose folder the disk then did not take, is done: the list has to say so. */
+static void look_again(struct lum_project_work *w)
+{
+    struct lum_error err;
+    w->found = w->order.info;
+    w->found_status =
+        w->found.id[0] ? lum_project_find(&w->all->store, &w->found, &err) : LUM_ERR_INTERNAL; /* none was made */
 }
 
 static void *work_main(void *arg)
@@ -226,6 +303,8 @@ static void *work_main(void *arg)
     const struct lum_director_config *c = &w->all->config.director;
     pthread_setname_np(pthread_self(), "lum-projects");
     w->status = carry_out(w);
+    if (w->status)
+        look_again(w);
     atomic_store(&w->thread.done, true);
     c->wake_net(c->wake_user);
     return NULL;
@@ -233,24 +312,65 @@ static void *work_main(void *arg)
 
 /* ---- turning ---- */
 
+/* What was asked for cannot be had: no fault of the server. */
+static void tell_failure(const struct lum_projects *all, const struct lum_project_work *w)
+{
+    bool asked = w->status == LUM_ERR_NOT_FOUND || w->status == LUM_ERR_CONFLICT || w->status == LUM_ERR_LIMIT;
+    lum_log(&all->config.director.log, asked ? LUM_LOG_INFO : LUM_LOG_ERROR, "projects", "%s", w->err.text);
+}
+
+/* there: as info says; else it is nowhere. */
+static void set_item(struct lum_projects *all, const struct lum_project_info *info, bool there)
+{
+    struct lum_project_item *item = lum_projects_item(all, info->id);
+    if (there && !item) {
+        (void)add_item(all, info); /* there is room: check_order */
+    } else if (there) {
+        memcpy(item->info.name, info->name, sizeof item->info.name);
+        item->info.deleted_s = info->deleted_s;
+        all->list_rev++;
+    } else if (item) {
+        remove_item(all, item);
+    }
+}
+
 /* Disk and list agree again. */
 static void settle(struct lum_projects *all, struct lum_project_work *w)
 {
-    const struct lum_project_info *info = &w->order.info;
-    struct lum_project_item *item = lum_projects_item(all, info->id);
-    if (item && w->order.verb == LUM_PROJECT_DELETE)
-        item->going = false;
-    if (w->status) { /* what was asked for cannot be had: no fault of the server */
-        bool asked = w->status == LUM_ERR_NOT_FOUND || w->status == LUM_ERR_CONFLICT || w->status == LUM_ERR_LIMIT;
-        lum_log(&all->config.director.log, asked ? LUM_LOG_INFO : LUM_LOG_ERROR, "projects", "%s", w->err.text);
+    enum lum_project_verb verb = w->order.verb;
+    bool erases = verb == LUM_PROJECT_ERASE || verb == LUM_TRASH_EMPTY;
+    struct lum_project_item *item = lum_projects_item(all, w->order.info.id);
+    if (item && (erases || verb == LUM_PROJECT_DELETE))
+        item->going = item->emptied = false;
+    if (w->status)
+        tell_failure(all, w);
+    if (verb >= LUM_VERSION_KEEP) /* of which there is no list */
         return;
-    }
-    if (!item) { /* there is room: check_order */
-        (void)add_item(all, info);
-    } else if (w->order.verb <= LUM_PROJECT_RESTORE) {
-        memcpy(item->info.name, info->name, sizeof item->info.name);
-        item->info.deleted_s = info->deleted_s;
-    }
+    if (!w->status)
+        set_item(all, &w->order.info, !erases);
+    else if (!w->found_status || w->found_status == LUM_ERR_NOT_FOUND)
+        set_item(all, &w->found, !w->found_status);
+    w->order.n_erased += erases && !w->status;
+    w->n_failed += erases && w->status;
+    if (erases && !w->status)
+        lum_log(&all->config.director.log, LUM_LOG_INFO, "projects", "%s is removed for ever", w->order.info.id);
+}
+
+static void take_first(struct lum_projects *all, struct lum_project_work *w)
+{
+    all->works = w->next;
+    if (!all->works)
+        all->works_tail = &all->works;
+    w->next = NULL;
+}
+
+/* One of the trash is gone. Others' orders come before the next. */
+static void let_others_before(struct lum_projects *all, struct lum_project_work *w)
+{
+    w->status = LUM_OK;
+    take_first(all, w);
+    *all->works_tail = w;
+    all->works_tail = &w->next;
 }
 
 static void put_to_done(struct lum_projects *all, struct lum_project_work *w)
@@ -258,11 +378,8 @@ static void put_to_done(struct lum_projects *all, struct lum_project_work *w)
     lum_document_state_finish(&w->state);
     if (w->held)
         lum_project_leave(w->held, lum_clock_ns());
-    all->works = w->next;
+    take_first(all, w);
     all->n_works--;
-    if (!all->works)
-        all->works_tail = &all->works;
-    w->next = NULL;
     if (w->quiet) {
         lum_free(w);
         return;
@@ -271,9 +388,27 @@ static void put_to_done(struct lum_projects *all, struct lum_project_work *w)
     all->done_tail = &w->next;
 }
 
+/* The next that goes with the trash. False: none, and the order is done. */
+static bool next_of_trash(const struct lum_projects *all, struct lum_project_work *w)
+{
+    for (size_t i = 0; i < all->n_items; i++) {
+        if (!all->items[i].emptied)
+            continue;
+        w->order.info = all->items[i].info;
+        return true;
+    }
+    const struct lum_error why = w->err;
+    if (w->n_failed)
+        w->status = lum_fail(&w->err, LUM_ERR_IO, "", "%u in the trash cannot be removed; of the last: %.150s",
+                             w->n_failed, why.text);
+    return false;
+}
+
 /* As the list is now: orders before it may have changed that. False: there is nothing to do any more. */
 static bool bring_up_to_date(const struct lum_projects *all, struct lum_project_work *w)
 {
+    if (w->order.verb == LUM_TRASH_EMPTY)
+        return next_of_trash(all, w);
     const struct lum_project_item *item = lum_projects_item(all, w->order.info.id);
     if (item)
         w->order.info.changed_s = item->info.changed_s;
@@ -327,6 +462,13 @@ static bool may_begin(struct lum_projects *all, struct lum_project_work *w)
     return true;
 }
 
+static void end_work(struct lum_projects *all, struct lum_project_work *w)
+{
+    lum_project_thread_end(&w->thread);
+    settle(all, w);
+    (w->order.verb == LUM_TRASH_EMPTY ? let_others_before : put_to_done)(all, w);
+}
+
 void lum_projects_turn_orders(struct lum_projects *all)
 {
     struct lum_project_work *w;
@@ -334,9 +476,7 @@ void lum_projects_turn_orders(struct lum_projects *all)
         if (w->thread.runs) {
             if (!atomic_load(&w->thread.done))
                 return;
-            lum_project_thread_end(&w->thread);
-            settle(all, w);
-            put_to_done(all, w);
+            end_work(all, w);
             continue;
         }
         if (!bring_up_to_date(all, w)) {
@@ -345,14 +485,14 @@ void lum_projects_turn_orders(struct lum_projects *all)
         }
         if (!may_begin(all, w))
             return;
-        w->now_s = time(NULL);
+        w->now_s = lum_projects_now_s(all);
         bool runs = !w->status && lum_project_thread_begin(&w->thread, work_main, w);
         if (runs)
             return;
         if (!w->status)
             w->status = lum_fail(&w->err, LUM_ERR_NOMEM, "", "a thread cannot be started");
-        settle(all, w);
-        put_to_done(all, w);
+        w->found_status = LUM_ERR_INTERNAL; /* nobody looked: nothing was done */
+        end_work(all, w);
     }
 }
 
@@ -381,7 +521,7 @@ void lum_projects_drop_orders(struct lum_projects *all)
     for (struct lum_project_work *w; (w = all->works) != NULL;) {
         if (w->thread.runs)
             lum_project_thread_end(&w->thread);
-        else if (w->quiet && bring_up_to_date(all, w))
+        else if (w->quiet && w->order.verb == LUM_PROJECT_RENAME && bring_up_to_date(all, w))
             (void)carry_out(w);
         put_to_done(all, w);
     }

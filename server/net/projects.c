@@ -258,8 +258,9 @@ static enum lum_project_door begin_opening(struct lum_projects *all, const struc
     while (p->stage != LUM_STAGE_FREE) /* there is one: config.max_open */
         p++;
     *p = (struct lum_project){.all = all, .stage = LUM_STAGE_OPENING, .info = *info};
+    all->list_rev++;
     if (!lum_project_path(&all->store, info->id, p->path) || !lum_project_thread_begin(&p->thread, open_main, p)) {
-        p->stage = LUM_STAGE_FREE;
+        p->stage = LUM_STAGE_FREE; /* nobody has seen it */
         return refuse(all, err, "there is no memory to open the project");
     }
     return LUM_PROJECT_SOON;
@@ -309,6 +310,12 @@ enum lum_project_door lum_projects_enter(struct lum_projects *all, const char *i
     return LUM_PROJECT_IN;
 }
 
+const char *lum_projects_stage(const struct lum_projects *all, const char *id)
+{
+    const struct lum_project *p = lum_projects_find_open(all, id);
+    return p && p->stage == LUM_STAGE_OPENING ? "opening" : "waiting";
+}
+
 void lum_project_leave(struct lum_project *p, int64_t now_ns)
 {
     if (p && --p->n_sessions == 0)
@@ -331,17 +338,23 @@ static void is_open(struct lum_project *p, int64_t now_ns)
     lum_log(&p->all->config.director.log, LUM_LOG_INFO, "projects", "%s is open", p->info.id);
 }
 
+static void is_gone(struct lum_project *p)
+{
+    p->stage = LUM_STAGE_FREE;
+    p->all->list_rev++;
+}
+
 static void turn_one(struct lum_project *p, int64_t now_ns)
 {
     bool done = p->thread.runs && atomic_load(&p->thread.done);
     if (p->stage == LUM_STAGE_FAILED) /* those who wait have been told in between */
-        p->stage = LUM_STAGE_FREE;
+        is_gone(p);
     else if (p->stage == LUM_STAGE_OPENING && done) {
         lum_project_thread_end(&p->thread);
         is_open(p, now_ns);
     } else if (p->stage == LUM_STAGE_CLOSING && (done || !p->thread.runs)) {
         lum_project_thread_end(&p->thread);
-        p->stage = LUM_STAGE_FREE;
+        is_gone(p);
     } else if (lum_project_is_idle(p) && now_ns - p->unused_ns >= p->all->config.unused_ns) {
         lum_project_close(p);
     }
@@ -356,6 +369,7 @@ void lum_projects_turn(struct lum_projects *all, int64_t now_ns)
     struct lum_project *unused = longest_unused(all, now_ns);
     if (unused && memory_is_short(all) && !count_in(all, LUM_STAGE_CLOSING))
         lum_project_close(unused);
+    lum_projects_age_trash(all, now_ns);
     lum_projects_turn_orders(all);
 }
 
@@ -391,7 +405,8 @@ enum lum_status lum_projects_create(const struct lum_projects_config *config, st
     all->many = true;
     all->works_tail = &all->works;
     all->done_tail = &all->done;
-    enum lum_status st = lum_project_store_open(config->path, &lum_disk_real, time(NULL), &all->store, err);
+    enum lum_status st = lum_project_store_open(config->path, config->disk ? config->disk : &lum_disk_real,
+                                                lum_projects_now_s(all), &all->store, err);
     if (!st)
         st = lum_projects_read_list(all, err);
     if (st)
@@ -508,8 +523,11 @@ void lum_project_note_change(struct lum_project *p, uint64_t scene_rev, struct l
 {
     struct lum_project_item *item = p->all->many ? lum_projects_item(p->all, p->info.id) : NULL;
     lum_changes_kept_add(&p->changes, scene_rev, text);
-    if (item)
-        item->info.changed_s = time(NULL);
+    int64_t now_s = item ? lum_projects_now_s(p->all) : 0;
+    if (!item || item->info.changed_s == now_s)
+        return;
+    item->info.changed_s = now_s;
+    p->all->list_rev++;
 }
 
 uint64_t lum_project_opening(const struct lum_project *p)

@@ -27,6 +27,8 @@ struct lum_projects_config {
     uint64_t max_bytes;                  /* of this process, beyond which unused ones are closed; 0: no end */
     int64_t unused_ns;                   /* so long one without sessions stays open */
     uint64_t (*memory_now)(void);        /* NULL: what the system says; tests say otherwise */
+    int64_t (*time_now)(void);           /* likewise: seconds of the Unix epoch */
+    const struct lum_disk *disk;         /* likewise: for what is done with the folders of projects */
 };
 LUM_MUST_USE enum lum_status lum_projects_create(const struct lum_projects_config *config,
                                                  struct lum_projects **ret_projects, struct lum_error *err);
@@ -55,6 +57,8 @@ enum lum_project_door {
 /* id "": the one scene. */
 enum lum_project_door lum_projects_enter(struct lum_projects *all, const char *id, int64_t now_ns,
                                          struct lum_project **ret_project, struct lum_proto_error *err);
+/* Told who waits: "opening", its scene is being read; "waiting", something else has to end first. */
+const char *lum_projects_stage(const struct lum_projects *all, const char *id);
 void lum_project_leave(struct lum_project *p, int64_t now_ns); /* accepts NULL */
 
 /* Those that are open: 0 .. LUM_LIMIT_PROJECTS_OPEN - 1; NULL: none is there. */
@@ -73,6 +77,8 @@ uint64_t lum_project_opening(const struct lum_project *p);
 
 size_t lum_projects_count(const struct lum_projects *all);
 const struct lum_project_info *lum_projects_nth(const struct lum_projects *all, size_t i);
+/* Another one whenever something of the list is otherwise, or one was opened or closed. */
+uint64_t lum_projects_list_rev(const struct lum_projects *all);
 struct lum_project *lum_projects_find_open(const struct lum_projects *all, const char *id); /* NULL: it is not open */
 
 enum lum_project_verb {
@@ -80,6 +86,8 @@ enum lum_project_verb {
     LUM_PROJECT_RENAME,
     LUM_PROJECT_DELETE,
     LUM_PROJECT_RESTORE,
+    LUM_PROJECT_ERASE,
+    LUM_TRASH_EMPTY,
     LUM_VERSION_KEEP,
     LUM_VERSION_LIST,
     LUM_VERSION_REMOVE,
@@ -93,6 +101,7 @@ struct lum_project_order {
     lum_project_id from, version; /* create: what it begins with, "": info.scene. version.remove: which; made by keep */
     char version_name[LUM_LIMIT_PROJECT_NAME_BYTES + 1]; /* keep */
     struct lum_version_list *versions;                   /* the answer of version.list, from lum_calloc; the caller's */
+    uint32_t n_erased;                                   /* the answer of trash.empty */
 };
 /* False: err says why not. */
 bool lum_projects_order(struct lum_projects *all, const struct lum_project_order *order, struct lum_proto_error *err);

@@ -38,7 +38,8 @@ struct lum_project {
 
 struct lum_project_item {
     struct lum_project_info info;
-    bool going; /* it is being deleted: nobody gets in */
+    bool going;   /* into the trash, or for ever: nobody gets in, nobody brings it back */
+    bool emptied; /* for ever, with what else was in the trash then */
 };
 
 struct lum_project_work {
@@ -46,7 +47,8 @@ struct lum_project_work {
     struct lum_projects *all;
     struct lum_project_order order;
     int64_t now_s;
-    bool quiet; /* ours: nobody is answered */
+    bool quiet;        /* ours: nobody is answered */
+    uint32_t n_failed; /* of what was to be erased */
     /* The scene of one that is open, from its director. */
     struct lum_project *held; /* it is not closed meanwhile */
     struct lum_document_state state;
@@ -55,6 +57,9 @@ struct lum_project_work {
     struct lum_project_thread thread;
     enum lum_status status;
     struct lum_error err;
+    /* After a failure: what is there now. */
+    enum lum_status found_status;
+    struct lum_project_info found;
 };
 
 struct lum_projects {
@@ -63,9 +68,11 @@ struct lum_projects {
     struct lum_project_store store;
     struct lum_project_item *items;
     size_t n_items;
+    uint64_t list_rev;
     struct lum_project_work *works, **works_tail; /* oldest first; the first may run */
     unsigned n_works;
     struct lum_project_work *done, **done_tail;
+    int64_t trash_look_ns;            /* when it is looked at again */
     struct lum_projects_metrics gone; /* counters of those that were closed */
     struct lum_project list[LUM_LIMIT_PROJECTS_OPEN];
 };
@@ -80,11 +87,14 @@ void lum_project_close(struct lum_project *p);
 bool lum_project_is_idle(const struct lum_project *p); /* open, and nobody is in it or sends files to it */
 
 /* ---- project_orders.c ---- */
+int64_t lum_projects_now_s(const struct lum_projects *all);
 LUM_MUST_USE enum lum_status lum_projects_read_list(struct lum_projects *all, struct lum_error *err);
 struct lum_project_item *lum_projects_item(const struct lum_projects *all, const char *id); /* NULL: there is none */
 void lum_projects_turn_orders(struct lum_projects *all);
 /* What is known of its changes goes to disk. */
 void lum_projects_write_item(struct lum_projects *all, const struct lum_project_item *item);
+/* What is in the trash for too long goes for ever. */
+void lum_projects_age_trash(struct lum_projects *all, int64_t now_ns);
 /* An order reads the project's folder, which its director must not open meanwhile. */
 bool lum_projects_is_read(const struct lum_projects *all, const char *id);
 void lum_projects_drop_orders(struct lum_projects *all); /* the one that runs is waited for */

@@ -1,6 +1,7 @@
 #include "server/net/session.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -43,6 +44,8 @@ void lum_sessions_destroy(struct lum_sessions *sessions)
         lum_session_close(&sessions->slots[i]);
         leave_project(&sessions->slots[i]);
     }
+    if (sessions)
+        free(sessions->list_text);
     lum_free(sessions);
 }
 
@@ -133,6 +136,7 @@ void lum_session_close(struct lum_session *s)
     if (!s || !s->open)
         return;
     s->open = false;
+    s->table->people_rev++;
     s->table->config.counters->sessions_open--;
     forget_message(s);
     lum_text_queue_clear(&s->text);
@@ -193,6 +197,7 @@ void lum_session_abort(struct lum_session *s, enum lum_close code)
         return;
     s->close = code;
     s->close_after_text = false;
+    s->table->people_rev++;
 }
 
 void lum_session_abort_after_text(struct lum_session *s, enum lum_close code)
@@ -201,6 +206,7 @@ void lum_session_abort_after_text(struct lum_session *s, enum lum_close code)
         return;
     s->close = code;
     s->close_after_text = true;
+    s->table->people_rev++;
 }
 
 /* ---- incoming text ---- */

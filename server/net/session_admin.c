@@ -84,6 +84,8 @@ static const struct {
                {"project.rename", LUM_ROLE_EDIT, NULL, LUM_PROJECT_RENAME},
                {"project.delete", LUM_ROLE_EDIT, NULL, LUM_PROJECT_DELETE},
                {"project.restore", LUM_ROLE_EDIT, NULL, LUM_PROJECT_RESTORE},
+               {"project.erase", LUM_ROLE_EDIT, NULL, LUM_PROJECT_ERASE},
+               {"trash.empty", LUM_ROLE_EDIT, NULL, LUM_TRASH_EMPTY},
                {"version.keep", LUM_ROLE_EDIT, NULL, LUM_VERSION_KEEP},
                {"version.list", LUM_ROLE_VIEW, NULL, LUM_VERSION_LIST},
                {"version.remove", LUM_ROLE_EDIT, NULL, LUM_VERSION_REMOVE}};

@@ -4,6 +4,9 @@
 #include <string.h>
 #include <time.h>
 
+#include <cjson/cJSON.h>
+
+#include "protocol/json/json.h"
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
 #include "server/net/hello.h"
@@ -82,6 +85,7 @@ static void greet(struct lum_session *s, const struct lum_hello *hello, const ch
     bool resumed = set_user(s, hello, now_ns);
     s->greeted = true;
     s->table->n_greeted++;
+    s->table->people_rev++;
     lum_log(&s->table->config.log, s->table->config.audit ? LUM_LOG_AUDIT : LUM_LOG_INFO, "session",
             "%s came%s from %s, role %s%s%s", s->user, resumed ? " back" : "", s->peer, lum_role_name(s->person.role),
             info && info->id[0] ? ", to " : "", info ? info->id : "");
@@ -99,8 +103,26 @@ static void greet(struct lum_session *s, const struct lum_hello *hello, const ch
     lum_session_say_missed(s, missed);
 }
 
+/* Who waits knows that the server is there, at once and again: silence is that of a server that is gone. */
+static void tell_opening(struct lum_session *s, int64_t now_ns)
+{
+    const char *stage = lum_projects_stage(s->table->config.projects, s->waiting->project);
+    bool same = s->told_stage && strcmp(stage, s->told_stage) == 0;
+    if (same && now_ns - s->told_ns < LUM_LIMIT_OPENING_TOLD_S * 1000000000ll)
+        return;
+    cJSON *params = cJSON_CreateObject();
+    bool ok = lum_json_add_string(params, "project", s->waiting->project) &&
+              lum_json_add_string(params, "stage", stage) &&
+              lum_json_add_number(params, "waited_s", (double)((now_ns - s->waiting_ns) / 1000000000));
+    s->told_ns = now_ns;
+    s->told_stage = stage;
+    if (!ok)
+        cJSON_Delete(params);
+    lum_session_say(s, ok ? lum_rpc_notification("project.opening", params) : NULL);
+}
+
 /* Its project has to be opened first. */
-static void wait_for_project(struct lum_session *s, const struct lum_hello *hello, struct lum_rpc *rpc)
+static void wait_for_project(struct lum_session *s, const struct lum_hello *hello, struct lum_rpc *rpc, int64_t now_ns)
 {
     struct lum_proto_error err;
     s->waiting = lum_calloc(1, sizeof *s->waiting);
@@ -112,6 +134,8 @@ static void wait_for_project(struct lum_session *s, const struct lum_hello *hell
     *s->waiting = *hello;
     s->waiting_id = rpc->id;
     rpc->id = NULL;
+    s->waiting_ns = now_ns;
+    tell_opening(s, now_ns);
 }
 
 void lum_session_stop_waiting(struct lum_session *s)
@@ -120,9 +144,10 @@ void lum_session_stop_waiting(struct lum_session *s)
     free(s->waiting_id);
     s->waiting = NULL;
     s->waiting_id = NULL;
+    s->told_stage = NULL;
 }
 
-/* A session that is refused a project has not said hello: it may name another one. */
+/* A session that is refused a project has not said hello: it may name another one, within the time for that. */
 static enum lum_project_door enter(struct lum_session *s, const struct lum_hello *hello, const char *id, int64_t now_ns)
 {
     struct lum_proto_error err;
@@ -144,8 +169,10 @@ void lum_session_go_on_waiting(struct lum_session *s, int64_t now_ns)
         return;
     }
     enum lum_project_door door = is_full(s, id) ? LUM_PROJECT_NO : enter(s, &hello, id, now_ns);
-    if (door == LUM_PROJECT_SOON)
+    if (door == LUM_PROJECT_SOON) {
+        tell_opening(s, now_ns);
         return;
+    }
     s->waiting_id = NULL;
     lum_session_stop_waiting(s);
     if (door == LUM_PROJECT_IN)
@@ -179,5 +206,5 @@ void lum_session_receive_hello(struct lum_session *s, struct lum_rpc *rpc, int64
     if (door == LUM_PROJECT_IN)
         greet(s, &hello, rpc->id, now_ns);
     else if (door == LUM_PROJECT_SOON)
-        wait_for_project(s, &hello, rpc);
+        wait_for_project(s, &hello, rpc, now_ns);
 }

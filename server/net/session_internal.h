@@ -23,6 +23,8 @@ struct lum_session {
     struct lum_project *project; /* whose scene it sees, until the director knows that it left; NULL: none */
     struct lum_hello *waiting;   /* what it said: its project is not open yet. NULL: it does not wait */
     char *waiting_id;            /* of that request; NULL: it wants no reply */
+    int64_t waiting_ns, told_ns; /* since when it waits; when it was told so last */
+    const char *told_stage;
     bool leaving; /* closed, but the director's inbox was full: it has not been told yet, and the slot is not free */
     const struct lum_request_type *farewell; /* what it is told */
     bool done;                               /* the client will not come back */
@@ -58,6 +60,9 @@ struct lum_sessions {
     bool draining;
     bool ended; /* lum_sessions_take_ended */
     uint32_t n_greeted;
+    uint64_t people_rev; /* another one whenever somebody came or went */
+    char *list_text;     /* the answer to project.list, as it is written; NULL: nobody has asked */
+    uint64_t list_rev, list_people_rev;
     int64_t refusal_told_ns; /* when the log last heard of a wrong token; 0: never */
     uint32_t n_untold;       /* wrong tokens since then */
     struct lum_parked parked[LUM_LIMIT_PARKED];

@@ -70,25 +70,48 @@ static cJSON *built_in_scenes(void)
     return scenes;
 }
 
-struct cJSON *lum_session_list_projects(struct lum_session *s, const struct lum_rpc *rpc, struct lum_proto_error *err)
+static cJSON *list(const struct lum_sessions *t)
 {
-    const struct lum_projects *projects = s->table->config.projects;
-    if (!read_nothing(s, rpc, err))
-        return NULL;
-    cJSON *result = cJSON_CreateObject(), *list = cJSON_CreateArray(), *trash = cJSON_CreateArray();
-    bool ok = list && trash;
+    const struct lum_projects *projects = t->config.projects;
+    cJSON *result = cJSON_CreateObject(), *here = cJSON_CreateArray(), *trash = cJSON_CreateArray();
+    bool ok = here && trash;
     for (size_t i = 0; i < lum_projects_count(projects) && ok; i++) {
         const struct lum_project_info *info = lum_projects_nth(projects, i);
-        ok = lum_json_add(info->deleted_s ? trash : list, NULL, describe(s->table, info));
+        ok = lum_json_add(info->deleted_s ? trash : here, NULL, describe(t, info));
     }
     ok = lum_json_add(result, "scenes", built_in_scenes()) && ok;
-    ok = lum_json_add(result, "projects", list) && ok;
+    ok = lum_json_add(result, "projects", here) && ok;
     ok = lum_json_add(result, "trash", trash) && ok;
     if (ok)
         return result;
     cJSON_Delete(result);
-    lum_proto_fail_memory(err);
     return NULL;
+}
+
+/* Pages that show the list ask every other second: it is written once, until something of it is otherwise. */
+static const char *list_text(struct lum_sessions *t)
+{
+    uint64_t rev = lum_projects_list_rev(t->config.projects);
+    if (t->list_text && t->list_rev == rev && t->list_people_rev == t->people_rev)
+        return t->list_text;
+    cJSON *now = list(t);
+    free(t->list_text);
+    t->list_text = now ? lum_json_print(now, NULL) : NULL;
+    t->list_rev = rev;
+    t->list_people_rev = t->people_rev;
+    cJSON_Delete(now);
+    return t->list_text;
+}
+
+struct cJSON *lum_session_list_projects(struct lum_session *s, const struct lum_rpc *rpc, struct lum_proto_error *err)
+{
+    if (!read_nothing(s, rpc, err))
+        return NULL;
+    const char *text = list_text(s->table);
+    cJSON *result = text ? cJSON_CreateRaw(text) : NULL;
+    if (!result)
+        lum_proto_fail_memory(err);
+    return result;
 }
 
 /* ---- orders ---- */
@@ -147,7 +170,8 @@ static bool read_order(const struct lum_rpc *rpc, struct lum_project_order *o, s
 {
     struct lum_json_reader r;
     lum_json_begin(&r, rpc->params, "", err);
-    if (o->verb != LUM_PROJECT_CREATE && lum_json_require(&r, "project"))
+    bool of_one = o->verb != LUM_PROJECT_CREATE && o->verb != LUM_TRASH_EMPTY;
+    if (of_one && lum_json_require(&r, "project"))
         (void)read_id(&r, "project", o->info.id, err);
     if (o->verb == LUM_VERSION_REMOVE && lum_json_require(&r, "version"))
         (void)read_id(&r, "version", o->version, err);
@@ -175,6 +199,7 @@ static const char *const done_words[] = {[LUM_PROJECT_CREATE] = "made",
                                          [LUM_PROJECT_RENAME] = "renamed",
                                          [LUM_PROJECT_DELETE] = "deleted",
                                          [LUM_PROJECT_RESTORE] = "brought back",
+                                         [LUM_PROJECT_ERASE] = "removed for ever",
                                          [LUM_VERSION_KEEP] = "kept as a version",
                                          [LUM_VERSION_REMOVE] = "rid of a version"};
 
@@ -205,16 +230,25 @@ static void refuse(struct lum_session *s, const char *id, enum lum_status status
     lum_session_refuse(s, id, &err);
 }
 
+static void log_deed(const struct lum_sessions *t, const struct lum_project_order *o)
+{
+    int level = t->config.audit ? LUM_LOG_AUDIT : LUM_LOG_INFO;
+    const char *name = o->verb == LUM_VERSION_KEEP     ? o->version_name
+                       : o->verb == LUM_VERSION_REMOVE ? o->version
+                                                       : o->info.name;
+    if (o->verb == LUM_TRASH_EMPTY)
+        lum_log(&t->config.log, level, "projects", "the trash is emptied by %s: %u projects", o->user, o->n_erased);
+    else
+        lum_log(&t->config.log, level, "projects", "%s is %s by %s: \"%s\"", o->info.id, done_words[o->verb], o->user,
+                name);
+}
+
 static void answer(struct lum_sessions *t, const struct lum_project_order *o, enum lum_status status,
                    const struct lum_error *why)
 {
     struct lum_session *s = o->by.slot < LUM_LIMIT_CONNECTIONS ? &t->slots[o->by.slot] : NULL;
     if (!status && o->verb != LUM_VERSION_LIST)
-        lum_log(&t->config.log, t->config.audit ? LUM_LOG_AUDIT : LUM_LOG_INFO, "projects", "%s is %s by %s: \"%s\"",
-                o->info.id, done_words[o->verb], o->user,
-                o->verb == LUM_VERSION_KEEP     ? o->version_name
-                : o->verb == LUM_VERSION_REMOVE ? o->version
-                                                : o->info.name);
+        log_deed(t, o);
     if (!s || !s->open || s->ref.generation != o->by.generation || !o->rpc_id)
         return;
     if (status) {
@@ -224,6 +258,7 @@ static void answer(struct lum_sessions *t, const struct lum_project_order *o, en
     cJSON *result = cJSON_CreateObject();
     bool ok = o->verb == LUM_VERSION_LIST   ? lum_json_add(result, "versions", describe_versions(o->versions))
               : o->verb == LUM_VERSION_KEEP ? lum_json_add_string(result, "version", o->version)
+              : o->verb == LUM_TRASH_EMPTY  ? lum_json_add_number(result, "erased", o->n_erased)
                                             : lum_json_add_string(result, "project", o->info.id);
     if (!ok)
         cJSON_Delete(result);

@@ -243,8 +243,11 @@ static void sweep_one(void *user, const char *name)
 {
     struct sweep *s = user;
     struct lum_project_info info;
-    if (lum_project_is_part(name) || (is_in_trash(name, &info) && info.deleted_s < s->now_s - LUM_LIMIT_TRASH_S))
+    struct lum_error err;
+    if (lum_project_is_part(name))
         lum_dir_remove_tree(s->store->dir.fd, name);
+    else if (is_in_trash(name, &info) && info.deleted_s < s->now_s - LUM_LIMIT_TRASH_S)
+        (void)!lum_project_erase(s->store, &info, &err); /* or it is in the trash, and tried again */
 }
 
 enum lum_status lum_project_store_open(const char *path, const struct lum_disk *disk, int64_t now_s,
@@ -362,4 +365,53 @@ enum lum_status lum_project_restore(struct lum_project_store *store, struct lum_
     if (!st)
         info->deleted_s = 0;
     return st;
+}
+
+/* Under another name first: what is half removed is no project, whatever happens. While that name is not sure to
+ * outlive a power cut nothing is removed: a project with half of its files would come back. */
+enum lum_status lum_project_erase(struct lum_project_store *store, const struct lum_project_info *info,
+                                  struct lum_error *err)
+{
+    char name[LUM_PROJECT_FOLDER_BYTES], part[LUM_PROJECT_FOLDER_BYTES];
+    trash_name(info, name);
+    snprintf(part, sizeof part, LUM_PROJECT_PART "%s", info->id);
+    enum lum_status st = lum_dir_rename(&store->dir, name, part, err);
+    if (!st)
+        lum_dir_remove_tree(store->dir.fd, part);
+    return st;
+}
+
+/* ---- what is there of one ---- */
+
+struct finding {
+    const char *id;
+    char name[LUM_PROJECT_FOLDER_BYTES]; /* "": it is not in the trash */
+    int64_t deleted_s;
+};
+
+static void look_in_trash(void *user, const char *name)
+{
+    struct finding *f = user;
+    struct lum_project_info info;
+    if (!is_in_trash(name, &info) || strcmp(info.id, f->id) != 0)
+        return;
+    trash_name(&info, f->name);
+    f->deleted_s = info.deleted_s;
+}
+
+enum lum_status lum_project_find(struct lum_project_store *store, struct lum_project_info *info, struct lum_error *err)
+{
+    struct finding f = {.id = info->id};
+    enum lum_status st = lum_project_read(&store->dir, info->id, info, err);
+    if (st != LUM_ERR_NOT_FOUND) {
+        info->deleted_s = 0;
+        return st;
+    }
+    st = lum_dir_each(&store->dir, look_in_trash, &f, err);
+    if (st)
+        return st;
+    if (!f.name[0])
+        return lum_fail(err, LUM_ERR_NOT_FOUND, "project", "there is no such project");
+    info->deleted_s = f.deleted_s;
+    return lum_project_read(&store->dir, f.name, info, err);
 }

@@ -3,10 +3,10 @@
  *   DIR/lock                one daemon
  *   DIR/k3v9q2x7m4ab/       a project: project, lock, snapshot-N, journal-N, content/, upload/, version.ID/ (copy.h)
  *   DIR/trash.ID.SECONDS/   one that was deleted then; it is there for LUM_LIMIT_TRASH_S
- *   DIR/part.ID/            one that is being made, or that a crash left: no project
+ *   DIR/part.ID/            one that is being made or removed, or that a crash left: no project
  *
- * A project comes into being, goes, and comes back by one rename. IDs are made here; no path is ever made of a name
- * that people gave, and what has another form than these is not looked at. Links are not followed.
+ * A project comes into being, goes, comes back, and ends by one rename. IDs are made here; no path is ever made of a
+ * name that people gave, and what has another form than these is not looked at. Links are not followed.
  *
  * Thread: any, one at a time. Blocks on the disk. */
 #ifndef LUM_SERVER_PROJECT_STORE_H
@@ -51,6 +51,10 @@ LUM_MUST_USE enum lum_status lum_project_store_each(struct lum_project_store *st
                                                     void *user, struct lum_error *err);
 /* The folder of its state. False: the path is too long. */
 bool lum_project_path(const struct lum_project_store *store, const char *id, char ret_path[LUM_PROJECT_PATH_BYTES]);
+/* What is there of info->id: the rest is written there, as lum_project_store_each tells it. After one of the calls
+ * below failed: a rename may be done, and only not be sure to outlive a power cut. LUM_ERR_NOT_FOUND: there is none. */
+LUM_MUST_USE enum lum_status lum_project_find(struct lum_project_store *store, struct lum_project_info *info,
+                                              struct lum_error *err);
 /* Is that folder there, and no link? */
 LUM_MUST_USE enum lum_status lum_project_check(const struct lum_project_store *store, const char *id,
                                                struct lum_error *err);
@@ -66,5 +70,8 @@ LUM_MUST_USE enum lum_status lum_project_delete(struct lum_project_store *store,
                                                 int64_t now_s, struct lum_error *err);
 LUM_MUST_USE enum lum_status lum_project_restore(struct lum_project_store *store, struct lum_project_info *info,
                                                  struct lum_error *err);
+/* One that is in the trash, for ever. A crash leaves it there whole, or what the next start removes. */
+LUM_MUST_USE enum lum_status lum_project_erase(struct lum_project_store *store, const struct lum_project_info *info,
+                                               struct lum_error *err);
 
 #endif

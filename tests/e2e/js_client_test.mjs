@@ -234,6 +234,34 @@ const MISTAKES = [
     "session.view(4, 3, { spp: '64' })",
 ];
 
+test('a project that is being opened is waited for, and a server that is silent is not', async (t) => {
+    t.mock.timers.enable({ apis: ['setTimeout'] });
+    const settle = async () => {
+        for (let i = 0; i < 20; i++) await Promise.resolve();
+    };
+    const begin = () => {
+        const socket = { sent: [], send: (text) => socket.sent.push(JSON.parse(text)), close: () => undefined };
+        const hello = new lumend.Session(socket, 1000).hello({ project: 'abc' });
+        const tell = async (message) => {
+            socket.onmessage({ data: JSON.stringify({ jsonrpc: '2.0', ...message }) });
+            await settle();
+        };
+        return { socket, hello, tell };
+    };
+    const opening = { method: 'project.opening', params: { project: 'abc', stage: 'opening', waited_s: 1 } };
+    const slow = begin();
+    for (let i = 0; i < 5; i++) {
+        t.mock.timers.tick(900);
+        await slow.tell(opening);
+    }
+    await slow.tell({ id: slow.socket.sent[0].id, result: { session: 'a.0-1', project: { id: 'abc', name: 'A' }, scene_rev: 1 } });
+    await slow.hello;
+    const silent = begin();
+    await silent.tell(opening);
+    t.mock.timers.tick(1000);
+    await assert.rejects(silent.hello, /no answer to session.hello/);
+});
+
 test('a session is of a project, by name or by the address', async () => {
     const many = new Daemon(null, null, ['--projects', mkdtempSync(join(tmpdir(), 'lumend-e2e-'))]);
     const lobby = await lumend.connect(await many.start());
@@ -246,6 +274,13 @@ test('a session is of a project, by name or by the address', async () => {
         assert.ok((await inside.scene()).has('main'));
         await inside.close();
     }
+    const host = await lumend.connect(many.url, { project: '' });
+    const gone = [];
+    for (const name of ['a', 'b', 'c']) gone.push((await host.call('project.create', { name })).project);
+    for (const one of gone) await host.call('project.delete', { project: one });
+    assert.deepEqual(await host.call('project.erase', { project: gone[0] }), { project: gone[0] });
+    assert.deepEqual(await host.call('trash.empty', {}), { erased: 2 });
+    await host.close();
     assert.equal(await many.stop(), 0);
 });
 

@@ -1,7 +1,9 @@
 """--projects: many scenes in one daemon. Nobody sees anything of another's, and all is there again after any end."""
+import fcntl
 import http.client
 import json
 import os
+import re
 import tempfile
 import time
 import unittest
@@ -141,6 +143,60 @@ class Projects(unittest.TestCase):
             self.assertEqual(self.lamps(self.enter(daemon, project)), ["kept"])
             self.assertEqual(self.hello["project"]["name"], "Foyer, 2nd")
 
+    def test_removed_for_ever(self):
+        left = lambda: sorted(name.split(".")[0] for name in os.listdir(self.folder) if name != "lock")
+        with self.start("--close-unused", "1", "--audit") as daemon:
+            lobby = daemon.connect()
+            first, second, third = (lobby.call("project.create", {"name": n})["project"] for n in ("First", "Second", "Third"))
+            ws = self.enter(daemon, first)
+            self.add(ws, "a")
+            lobby.call("version.keep", {"project": first, "name": "with a"})
+            self.assertIn("trash", self.refused("in_use", lambda: lobby.call("project.erase", {"project": first})))
+            ws.leave()
+            self.wait_closed(daemon)
+            self.assertIn("trash", self.refused("not_found", lambda: lobby.call("project.erase", {"project": first})))
+            self.refused("not_found", lambda: lobby.call("project.erase", {"project": "a" * 12}))
+            lobby.call("project.delete", {"project": first})
+            self.assertEqual(lobby.call("project.erase", {"project": first}), {"project": first})
+            self.assertEqual(left(), sorted([second, third]))
+            self.refused("not_found", lambda: lobby.call("project.restore", {"project": first}))
+            self.refused("not_found", lambda: self.enter(daemon, first))
+            for project in (second, third):
+                lobby.call("project.delete", {"project": project})
+            self.assertEqual(lobby.call("trash.empty"), {"erased": 2})
+            self.assertEqual((left(), lobby.call("trash.empty"), lobby.call("project.list")["trash"]), ([], {"erased": 0}, []))
+            self.assertRegex(daemon.read_log(), f'{first} is removed for ever by [^ ]+: .*First')
+            self.assertRegex(daemon.read_log(), "the trash is emptied by [^ ]+: 2 projects")
+        os.makedirs(os.path.join(self.folder, "part." + first, "content"))  # of a removal that a crash cut short
+        with self.start() as daemon:
+            listed = daemon.connect().call("project.list")
+            self.assertEqual((listed["projects"], listed["trash"], left()), ([], [], []))
+
+    def test_killed_while_the_trash_is_emptied(self):
+        with self.start() as daemon:
+            lobby = daemon.connect()
+            made = [lobby.call("project.create", {"name": f"room {i}", "scene": "furnace"})["project"] for i in range(12)]
+            for project in made:
+                lobby.call("version.keep", {"project": project, "name": "as it was"})
+                lobby.call("project.delete", {"project": project})
+            lobby.send_request("trash.empty")
+            while sum(name.startswith("trash.") for name in os.listdir(self.folder)) > 8:
+                pass  # in the midst of it, wherever that is
+            daemon.process.kill()
+            daemon.process.wait()
+            daemon.stop = lambda: 0
+            daemon.process.stdout.close()
+        with self.start() as daemon:
+            lobby = daemon.connect()
+            self.assertEqual([name for name in os.listdir(self.folder) if name.startswith("part.")], [])
+            trash = [p["id"] for p in lobby.call("project.list")["trash"]]
+            self.assertLessEqual(set(trash), set(made))
+            for project in trash:  # whole, with its version
+                lobby.call("project.restore", {"project": project})
+                self.assertEqual(len(lobby.call("version.list", {"project": project})["versions"]), 1)
+            if trash:
+                self.assertIn("ops", self.enter(daemon, trash[0]).call("scene.get"))
+
     def test_copies_and_versions_go_their_own_way(self):
         model = os.path.join(HERE, "web", "lamp.gltf")
         with open(model, "rb") as file:
@@ -194,7 +250,7 @@ class Projects(unittest.TestCase):
             for name in NO_NAMES:
                 self.refused("invalid_value", lambda name=name: lobby.call("project.create", {"name": name}))
             for project in NO_IDS:
-                for method in ("delete", "restore", "rename"):
+                for method in ("delete", "restore", "erase", "rename"):
                     more = {"name": "x"} if method == "rename" else {}
                     with self.assertRaises(RpcError):
                         lobby.call(f"project.{method}", {"project": project, **more})
@@ -219,6 +275,76 @@ class Projects(unittest.TestCase):
             self.assertTrue(self.hello["resumed"])
             ws.call("scene.undo")
             self.assertEqual(self.lamps(ws), [])
+
+    def test_who_waits_hears_so_and_who_is_refused_has_an_end(self):
+        with self.start() as daemon:
+            lobby = daemon.connect()
+            a, b = (lobby.call("project.create", {"name": n})["project"] for n in "AB")
+            ws = daemon.connect(hello=False)
+            with open(os.path.join(self.folder, a, "lock"), "w", encoding="utf-8") as lock:
+                fcntl.flock(lock, fcntl.LOCK_EX)  # another writes there: it cannot be opened
+                self.refused("conflict", lambda: ws.hello(daemon.token, project=a))
+                told = {"project": a, "stage": "opening", "waited_s": 0}
+                self.assertEqual(ws.notifications[0], ("project.opening", told))
+                ws.hello(daemon.token, project=b)  # another one, in time
+                self.assertEqual(ws.notifications[-1][1]["project"], b)
+                silent = daemon.connect(hello=False)
+                self.refused("conflict", lambda: silent.hello(daemon.token, project=a))
+                with self.assertRaises(Closed) as caught:
+                    silent.wait_notification("nothing more")
+                self.assertEqual(caught.exception.code, 4001)
+            ws.call("scene.get")  # who said hello in time stays
+            silent = self.enter(daemon, a)
+            self.assertEqual(self.lamps(silent), [])
+
+    def test_the_list_tells_each_change_and_reads_nothing(self):
+        with self.start("--close-unused", "1") as daemon:
+            lobby = daemon.connect()
+
+            def listed(again=True):
+                answer = lobby.call("project.list")
+                if again:  # what was written is given again
+                    self.assertEqual(answer, lobby.call("project.list"))
+                return [(p["name"], p["open"], len(p["people"])) for p in answer["projects"]], [p["name"] for p in answer["trash"]]
+
+            def comes(what):  # what the daemon sees by itself: that somebody left
+                while listed(again=False) != what:
+                    time.sleep(0.05)
+
+            self.assertEqual(listed(), ([], []))
+            a = lobby.call("project.create", {"name": "A"})["project"]
+            self.assertEqual(listed(), ([("A", False, 0)], []))
+            ann = self.enter(daemon, a)
+            self.assertEqual(listed(), ([("A", True, 1)], []))
+            bob = self.enter(daemon, a)
+            self.assertEqual(listed(), ([("A", True, 2)], []))
+            changed_s = lobby.call("project.list")["projects"][0]["changed_s"]
+            while lobby.call("project.list")["projects"][0]["changed_s"] == changed_s:
+                ann.call("scene.apply", {"ops": [{"op": "set", "id": "render", "path": "/exposure_ev", "value": 3}]})
+            lobby.call("project.rename", {"project": a, "name": "B"})
+            self.assertEqual(listed(), ([("B", True, 2)], []))
+            ann.leave()
+            comes(([("B", True, 1)], []))
+            bob.close()
+            comes(([("B", False, 0)], []))
+            lobby.call("project.delete", {"project": a})
+            self.assertEqual(listed(), ([], ["B"]))
+            lobby.call("project.restore", {"project": a})
+            self.assertEqual(listed(), ([("B", False, 0)], []))
+            lobby.call("project.delete", {"project": a})
+            lobby.call("project.erase", {"project": a})
+            self.assertEqual(listed(), ([], []))
+            for i in range(30):
+                lobby.call("project.create", {"name": f"room {i}"})
+            read = lambda: self.bytes_read(daemon.process.pid)
+            before = read()
+            for _ in range(100):
+                lobby.call("project.list")
+            self.assertLess(read() - before, 100 * 30)  # the thread of the network wakes up, and reads no file
+
+    def bytes_read(self, pid):
+        with open(f"/proc/{pid}/task/{pid}/io", encoding="ascii") as file:
+            return int(re.search(r"rchar: (\d+)", file.read())[1])
 
     def test_one_scene_has_no_projects(self):
         with Daemon() as daemon:

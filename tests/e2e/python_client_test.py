@@ -1,14 +1,18 @@
 """clients/python: sessions, edits, pictures and sensors of a running daemon; what is refused, and what breaks."""
 import contextlib
 import io
+import json
 import os
+import queue
 import random
 import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 import zlib
+from unittest import mock
 
 from daemon import Daemon
 
@@ -16,6 +20,8 @@ PYTHON = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "cl
 sys.path[:0] = [PYTHON, os.path.join(PYTHON, "examples")]
 import even_light
 import lumend
+import lumend.session
+from lumend.websocket import TEXT
 from lumend.picture import HEADER, Canvas, read_tile
 
 LAMP = "ceiling-panel"
@@ -178,7 +184,45 @@ class Light(unittest.TestCase):
             self.assertEqual(done.returncode, 1)
 
 
+class SlowOpening:
+    """In the place of a WebSocket: a server that opens a project for five times 50 s of its clock, and then answers."""
+    token = project = None
+
+    def __init__(self, *_):
+        self.now_s, self.left, self.ends = 0, 5, threading.Event()
+        self.sent = queue.Queue()
+
+    def send(self, message):
+        self.sent.put(json.loads(message))
+
+    def receive(self):
+        if self.left < 0:
+            self.ends.wait()
+            raise lumend.Disconnected("the test is over")
+        self.left -= 1
+        if self.left >= 0:
+            self.now_s += 50
+            return TEXT, json.dumps({"jsonrpc": "2.0", "method": "project.opening",
+                                     "params": {"project": "abc", "stage": "opening", "waited_s": self.now_s}})
+        hello = {"session": "a.0-1", "limits": {}, "saved": "no", "project": {"id": "abc", "name": "A"}, "scene_rev": 1}
+        return TEXT, json.dumps({"jsonrpc": "2.0", "id": self.sent.get()["id"], "result": hello})
+
+    def shut(self):
+        self.ends.set()
+
+    def close(self):
+        pass
+
+
 class Breaks(unittest.TestCase):
+    def test_a_project_that_is_being_opened_is_waited_for(self):
+        made = []
+        make = lambda *_: made.append(SlowOpening()) or made[-1]
+        with mock.patch.object(lumend.session, "WebSocket", make), \
+             mock.patch.object(lumend.session.time, "monotonic", lambda: made[-1].now_s if made else 0):
+            with lumend.Session("", timeout_s=60, project="abc") as session:
+                self.assertEqual((session.project["name"], made[-1].now_s), ("A", 250))
+
     def test_what_is_no_server(self):
         with Daemon() as daemon:
             with self.assertRaisesRegex((lumend.Refused, lumend.Disconnected), "token"):
@@ -210,6 +254,12 @@ class Breaks(unittest.TestCase):
                 with session() as session:
                     self.assertEqual(session.project, {"id": made, "name": "Foyer"})
                     self.assertIn("main", session.scene())
+            with lumend.connect(url_of(daemon)) as lobby:
+                gone = [lobby.call("project.create", name=f"gone {i}")["project"] for i in range(3)]
+                for project in gone:
+                    lobby.call("project.delete", project=project)
+                self.assertEqual(lobby.call("project.erase", project=gone[0]), {"project": gone[0]})
+                self.assertEqual(lobby.call("trash.empty"), {"erased": 2})
 
     def test_records_are_those_of_the_protocol(self):
         done = subprocess.run([sys.executable, os.path.join(PYTHON, "records_from_protocol.py"), "--check"],

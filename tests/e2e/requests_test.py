@@ -22,6 +22,8 @@ FORMS = {
     "project.rename": {"project": "aaaaaaaaaaaa", "name": "Foyer"},
     "project.delete": {"project": "aaaaaaaaaaaa"},
     "project.restore": {"project": "aaaaaaaaaaaa"},
+    "project.erase": {"project": "aaaaaaaaaaaa"},
+    "trash.empty": {},
     "version.keep": {"project": "aaaaaaaaaaaa", "name": "evening"},
     "version.list": {"project": "aaaaaaaaaaaa"},
     "version.remove": {"project": "aaaaaaaaaaaa", "version": "bbbbbbbbbbbb"},
@@ -52,7 +54,7 @@ FORMS = {
     "stats.get": {},
 }
 REQUIRED = {"session.end": ["session"], "project.create": ["name"], "project.rename": ["project", "name"], "project.delete": ["project"],
-            "project.restore": ["project"], "version.keep": ["project", "name"], "version.list": ["project"],
+            "project.restore": ["project"], "project.erase": ["project"], "version.keep": ["project", "name"], "version.list": ["project"],
             "version.remove": ["project", "version"],
             "scene.apply": ["ops"], "preset.store": ["id"], "preset.recall": ["id"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
             "pick": ["view_id", "x", "y"], "view.read": ["view_id", "x", "y"], "bounds": ["id"], "photometry": ["id"],

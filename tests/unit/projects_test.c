@@ -95,7 +95,7 @@ static struct found look(const char *path, int64_t now_s)
     return f;
 }
 
-enum deed { MAKE, RENAME, DELETE, RESTORE };
+enum deed { MAKE, RENAME, DELETE, RESTORE, ERASE };
 
 static enum lum_status act(struct lum_project_store *store, enum deed deed, struct lum_project_info *info)
 {
@@ -108,8 +108,10 @@ static enum lum_status act(struct lum_project_store *store, enum deed deed, stru
         return lum_project_write(store, info, &err);
     case DELETE:
         return lum_project_delete(store, info, NOW_S, &err);
-    default:
+    case RESTORE:
         return lum_project_restore(store, info, &err);
+    default:
+        return lum_project_erase(store, info, &err);
     }
 }
 
@@ -124,13 +126,13 @@ static bool dies_at(const char *path, enum deed deed, unsigned n_until)
     assert_int_equal(lum_project_store_open(path, &lum_disk_real, NOW_S, &store, &err), LUM_OK);
     if (deed != MAKE)
         assert_int_equal(act(&store, MAKE, &info), LUM_OK);
-    if (deed == RESTORE)
+    if (deed == RESTORE || deed == ERASE)
         assert_int_equal(act(&store, DELETE, &info), LUM_OK);
     store.dir.disk = &disk;
     enum lum_status st = act(&store, deed, &info);
     lum_project_store_close(&store);
     struct found f = look(path, NOW_S);
-    assert_true(f.n == 1 || (deed == MAKE && f.n == 0)); /* whole, or not there */
+    assert_true(f.n == 1 || ((deed == MAKE || deed == ERASE) && f.n == 0)); /* whole, or not there */
     if (f.n == 1) {
         bool renamed = strcmp(f.infos[0].name, "after") == 0;
         assert_true(renamed || strcmp(f.infos[0].name, "before") == 0);
@@ -140,7 +142,7 @@ static bool dies_at(const char *path, enum deed deed, unsigned n_until)
             assert_int_equal(f.infos[0].deleted_s, deed == DELETE ? NOW_S : 0);
         }
     }
-    assert_true(st || f.n == 1);
+    assert_true(st || f.n == (deed == ERASE ? 0 : 1));
     lum_dir_remove_tree(AT_FDCWD, path);
     assert_int_equal(mkdir(path, 0700), 0);
     return !st;
@@ -149,7 +151,7 @@ static bool dies_at(const char *path, enum deed deed, unsigned n_until)
 static void a_crash_leaves_what_was_or_what_is(void **state)
 {
     unsigned n_points = 0;
-    for (enum deed deed = MAKE; deed <= RESTORE; deed++)
+    for (enum deed deed = MAKE; deed <= ERASE; deed++)
         for (unsigned n = 0; !dies_at(*state, deed, n); n++)
             n_points++;
     assert_in_range(n_points, 12, 60);

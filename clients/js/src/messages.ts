@@ -189,6 +189,8 @@ export interface Params {
     'project.rename': { project: string; name: string };
     'project.delete': { project: string };
     'project.restore': { project: string };
+    'project.erase': { project: string };
+    'trash.empty': None;
     'version.keep': { project: string; name: string };
     'version.list': { project: string };
     'version.remove': { project: string; version: string };
@@ -260,6 +262,8 @@ export interface Answers {
     'project.rename': { project: string };
     'project.delete': { project: string };
     'project.restore': { project: string };
+    'project.erase': { project: string };
+    'trash.empty': { erased: number };
     'version.keep': { version: string };
     'version.list': { versions: readonly { version: string; name: string; kept_s: number }[] };
     'version.remove': { project: string };
@@ -279,6 +283,8 @@ export interface Notifications {
     'frame.stats': FrameStats;
     sensors: { sensors: readonly SensorValue[] };
     'preset.fading': { id: string; fade_s: number; left_s: number };
+    /** Before the answer to `session.hello`, again and again while that waits. */
+    'project.opening': { project: string; stage: 'opening' | 'waiting'; waited_s: number };
     'session.closing': JsonObject;
 }
 

@@ -680,6 +680,8 @@ export type Method =
     | 'project.rename'
     | 'project.delete'
     | 'project.restore'
+    | 'project.erase'
+    | 'trash.empty'
     | 'version.keep'
     | 'version.remove'
     | 'session.list'

@@ -55,6 +55,8 @@ export class Session {
     private readonly waiting = new Set<() => void>();
     private tiles: Promise<void> = Promise.resolve();
     private watching = false;
+    /** What was told last of the project that is being opened. */
+    private opening: unknown = null;
     private broken: Error | null = null;
     private readonly closed: Promise<void>;
 
@@ -75,13 +77,26 @@ export class Session {
     }
 
     async hello(params: Params['session.hello']): Promise<void> {
-        const hello = await this.call('session.hello', params);
+        const hello = await this.greeted(params);
         this.name = hello.session;
         this.role = hello.role;
         this.saved = hello.saved;
         this.project = hello.project;
         this.limits = hello.limits;
         this.sceneRev = Math.max(this.sceneRev, hello.scene_rev ?? 0);
+    }
+
+    /** The time begins anew whenever the server tells that it is opening the project. */
+    private async greeted(params: Params['session.hello']): Promise<Answers['session.hello']> {
+        const asked = this.rpc.call('session.hello', params as JsonObject) as Promise<unknown> as Promise<Answers['session.hello']>;
+        let settled: true | null = null;
+        const look = (): void => {
+            settled = true;
+            this.news();
+        };
+        asked.then(look, look);
+        await this.wait(() => settled, 'no answer to session.hello', () => this.opening);
+        return asked;
     }
 
     /** Ends the session: the server forgets it. */
@@ -147,6 +162,7 @@ export class Session {
     private notified(method: string, params: JsonObject): void {
         const told = { method, params } as unknown as { [N in keyof Notifications]: { method: N; params: Notifications[N] } }[keyof Notifications];
         if (told.method === 'scene.changed') this.sceneRev = Math.max(this.sceneRev, told.params.scene_rev);
+        else if (told.method === 'project.opening') this.opening = told.params;
         else if (told.method === 'sensors') told.params.sensors.forEach((s) => this.sensors.set(s.id, s));
         else if (told.method === 'frame.stats') this.viewOf(told.params.view_id).told(told.params);
         this.listeners.get(method)?.forEach((listener) => listener(params as never));

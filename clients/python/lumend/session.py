@@ -84,7 +84,7 @@ class Session:
         self._replies: dict[int, dict] = {}
         self._views: dict[int, View] = {}
         self._sensors: dict[str, dict] = {}
-        self._broken = None
+        self._broken = self._opening = None
         self.scene_rev = 0  # the newest that is known
         self._socket = WebSocket(url, timeout_s)
         self._reader = threading.Thread(target=self._read, name="lumend", daemon=True)
@@ -120,7 +120,7 @@ class Session:
             self._waiting.add(request)
         try:
             self._send(method, params, id=request)
-            reply = self._wait(lambda: self._replies.pop(request, None), f"no answer to {method}", timeout_s)
+            reply = self._wait(lambda: self._replies.pop(request, None), f"no answer to {method}", timeout_s, lambda: self._opening)
         finally:
             with self._news:
                 self._waiting.discard(request)
@@ -175,6 +175,8 @@ class Session:
                     self._replies[message["id"]] = message
             elif message["method"] == "scene.changed":
                 self.scene_rev = max(self.scene_rev, message["params"]["scene_rev"])
+            elif message["method"] == "project.opening":
+                self._opening = message["params"]  # the answer to session.hello is on its way
             elif message["method"] == "sensors":
                 for sensor in message["params"]["sensors"]:
                     self._sensors[sensor["id"]] = sensor

@@ -27,13 +27,13 @@ after(async () => {
 
 const names = () => page.locator('.project-name').allTextContents();
 
-async function shot(name) {
+async function shot(name, of = page) {
     if (!SHOTS) return;
     for (const [width, height] of [[1440, 900], [400, 800]]) {
-        await page.setViewportSize({ width, height });
-        await page.screenshot({ path: join(SHOTS, `${name}-${width}.png`) });
+        await of.setViewportSize({ width, height });
+        await of.screenshot({ path: join(SHOTS, `${name}-${width}.png`) });
     }
-    await page.setViewportSize({ width: 1280, height: 720 });
+    await of.setViewportSize({ width: 1280, height: 720 });
 }
 
 async function openMore(name) {
@@ -107,4 +107,69 @@ test('a link to what is not there leads to the list, and says why', async () => 
     await page.locator('.project-name').first().press('Enter');
     await settled(tab);
     assert.deepEqual(tab.watch.errors, []);
+});
+
+test('the trash is emptied by keyboard, after a question', async () => {
+    const empty = new Daemon(null, null, ['--projects', mkdtempSync(join(tmpdir(), 'lumend-e2e-'))]);
+    await empty.start();
+    const other = await open(context, empty.url);
+    const at = other.page;
+    const trash = at.locator('.project-trash');
+    const focused = () => at.evaluate(() => document.activeElement.textContent);
+    for (const name of ['A "1"', 'B', 'C']) {
+        await at.getByLabel('Name of a new project').fill(name);
+        await at.getByRole('button', { name: 'Create' }).press('Enter');
+        await at.waitForURL(/\?project=/);
+        await settled(other);
+        await at.goto(new URL('/', empty.url).href);
+        const more = at.getByRole('button', { name: `More of ${name}`, exact: true });
+        await more.press('Enter');
+        const remove = at.getByRole('button', { name: 'Delete', exact: true });
+        await eventually(() => remove.isEnabled(), () => 'nobody is in it any more'); // the server hears that the page left
+        await remove.press('Enter');
+        await at.getByText(`${name} is in the trash.`).waitFor();
+    }
+    await trash.locator('summary').press('Enter');
+    const ask = at.getByRole('button', { name: 'Delete for ever: A "1"' });
+    await ask.press('Enter');
+    await at.getByRole('group', { name: 'Delete A "1" for ever?' }).waitFor();
+    assert.equal(await focused(), 'Keep'); // Enter twice does no harm
+    assert.deepEqual(await violations(at), []);
+    await shot('trash', at);
+    await at.keyboard.press('Escape');
+    await eventually(async () => (await focused()) === 'Delete for ever', focused);
+    await at.keyboard.press('Enter');
+    await at.keyboard.press('Shift+Tab');
+    await at.keyboard.press('Enter');
+    await eventually(async () => (await trash.locator('li').count()) === 2, () => trash.textContent());
+    await eventually(async () => (await focused()) === 'Trash (2)', focused);
+    await trash.getByRole('button', { name: 'Empty trash' }).press('Enter');
+    await at.getByRole('group', { name: 'Delete all that is in the trash for ever?' }).waitFor();
+    await at.keyboard.press('Shift+Tab');
+    await at.keyboard.press('Enter');
+    await trash.waitFor({ state: 'detached' });
+    await eventually(() => at.evaluate(() => document.activeElement !== document.body), focused);
+    assert.deepEqual(other.watch.errors, []);
+    await at.close();
+    assert.equal(await empty.stop(), 0, empty.log);
+});
+
+test('a project that is being opened says so, and is waited for', async () => {
+    const slow = await context.newPage();
+    let server;
+    await slow.routeWebSocket(/./, (socket) => (server = socket)); // this test says what the server does
+    await slow.goto(new URL('/?project=aaaaaaaaaaaa', daemon.url).href);
+    await eventually(() => server, () => 'no socket');
+    const tell = (stage, waited_s) =>
+        server.send(JSON.stringify({ jsonrpc: '2.0', method: 'project.opening', params: { project: 'aaaaaaaaaaaa', stage, waited_s } }));
+    const banner = slow.locator('.banner');
+    await banner.getByText('Opening…').waitFor();
+    tell('waiting', 0);
+    await banner.getByText('The server opens the project as soon as it has room for it').waitFor();
+    tell('opening', 42);
+    await banner.getByText('42 s').waitFor();
+    await banner.getByRole('status').getByText('The server opens the project', { exact: true }).waitFor();
+    await slow.locator('header').getByText('opening').waitFor();
+    assert.deepEqual(await violations(slow), []);
+    await slow.close();
 });

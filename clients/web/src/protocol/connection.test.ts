@@ -158,3 +158,37 @@ test('who is turned away from a project goes on without one', async () => {
     assert.deepEqual(log, ['connecting', 'in the trash', 'connecting']);
     timers.reset();
 });
+
+test('a project that takes long to be opened is told, and waited for', async () => {
+    const timers = new FakeTimers();
+    FakeSocket.all = [];
+    (globalThis as { WebSocket?: unknown }).WebSocket = FakeSocket;
+    const log: string[] = [];
+    const link = new Connection('ws://test', null, {
+        onState: (state) => log.push(state.at === 'opening' ? `${state.stage} ${state.waitedS}` : state.at),
+        onOnline: () => undefined,
+        onNotification: (method) => log.push(method),
+        sceneRev: () => null,
+        onBinary: () => undefined,
+        onBeat: () => undefined,
+        onStalled: (stalled) => log.push(stalled ? 'stalled' : 'answers'),
+        onTurnedAway: (reason) => log.push(reason),
+    }, 'abc');
+    link.connect();
+    const socket = FakeSocket.all[0]!;
+    const tell = (stage: string, waited: number): void =>
+        socket.onmessage?.({ data: JSON.stringify({ jsonrpc: '2.0', method: 'project.opening', params: { project: 'abc', stage, waited_s: waited } }) });
+    socket.onopen?.();
+    tell('waiting', 0);
+    for (let s = 2; s <= 10 * DEAD_BEATS; s += 2) {
+        timers.tick(2000);
+        tell('opening', s);
+    }
+    assert.deepEqual(log.slice(0, 3), ['connecting', 'waiting 0', 'opening 2']);
+    assert.equal(log.length, 2 + 5 * DEAD_BEATS);
+    assert.equal(socket.closed, false);
+    socket.answerAll();
+    await settle();
+    assert.deepEqual(log.slice(-2), [`opening ${10 * DEAD_BEATS}`, 'online']);
+    timers.reset();
+});

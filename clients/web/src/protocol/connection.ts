@@ -1,11 +1,13 @@
 /** One WebSocket to the daemon that says hello and comes back by itself. Knows messages, not what they mean. */
 import { ClosedError, Rpc, RpcError, type JsonObject } from './rpc';
-import { stringOr } from './types';
+import { numberOr, stringOr } from './types';
 
 export const SUBPROTOCOL = 'lumend.v1';
 
 export type ConnectionState =
     | { at: 'connecting' }
+    /** The server is there, and opens the project; `waiting`: something else has to end first. */
+    | { at: 'opening'; stage: 'opening' | 'waiting'; waitedS: number }
     | { at: 'online' }
     /** Lost; the next try starts at `retryAt` (performance.now() clock). */
     | { at: 'waiting'; retryAt: number; reason: string }
@@ -145,6 +147,10 @@ export class Connection {
     private notified(method: string, params: JsonObject): void {
         if (method === 'session.closing') {
             this.closingReason = typeof params.reason === 'string' ? params.reason : 'the server is shutting down';
+        }
+        if (method === 'project.opening' && !this.online) {
+            this.events.onState({ at: 'opening', stage: params.stage === 'waiting' ? 'waiting' : 'opening', waitedS: numberOr(params.waited_s, 0) });
+            return;
         }
         this.events.onNotification(method, params);
     }

@@ -47,3 +47,25 @@ test('one that is made is gone to; one that is refused is not', async () => {
     assert.deepEqual([went, errors], [['abc'], ['no']]);
     assert.equal(projects.busy.value, false);
 });
+
+test('what is deleted for ever is not offered to be taken back', async () => {
+    const asked: string[] = [];
+    const said: string[] = [];
+    const projects = new Projects({
+        call: (method) => (asked.push(method), Promise.resolve({})),
+        onError: () => undefined,
+        announce: (text) => said.push(text),
+        goTo: () => undefined,
+    });
+    const [one, other] = ['a', 'b'].map((id) => ({ id, name: id.toUpperCase(), deletedS: 1 }));
+    projects.gone.value = one!;
+    await projects.erase(other!);
+    assert.equal(projects.gone.value, one);
+    await projects.erase(one!);
+    assert.equal(projects.gone.value, null);
+    projects.gone.value = one!;
+    await projects.emptyTrash();
+    assert.equal(projects.gone.value, null);
+    assert.deepEqual(asked.filter((m) => m !== 'project.list'), ['project.erase', 'project.erase', 'trash.empty']);
+    assert.deepEqual(said, ['B is deleted for ever', 'A is deleted for ever', 'The trash is empty']);
+});

@@ -157,6 +157,17 @@ export class Projects {
         if (await this.ask('project.restore', { project: id })) this.host.announce(`${name} is back`);
     }
 
+    /** Out of the trash: nothing brings it back. */
+    async erase({ id, name }: Trashed): Promise<void> {
+        if (this.gone.value?.id === id) this.gone.value = null;
+        if (await this.ask('project.erase', { project: id })) this.host.announce(`${name} is deleted for ever`);
+    }
+
+    async emptyTrash(): Promise<void> {
+        this.gone.value = null;
+        if (await this.ask('trash.empty', {})) this.host.announce('The trash is empty');
+    }
+
     async loadVersions(id: string): Promise<void> {
         const answer = await this.host.call('version.list', { project: id }).catch((error: unknown) => this.failed(error as Error));
         const list = objects(answer?.versions).map((v) => ({ id: stringOr(v.version, ''), name: stringOr(v.name, ''), keptS: numberOr(v.kept_s, 0) }));

@@ -13,7 +13,19 @@ export function Banner() {
     if (state.at === 'refused') return <TokenForm reason={state.reason} />;
     if (state.at === 'ended') return <Ended reason={state.reason} />;
     if (state.at === 'connecting') return <div class="banner">{projectInAddress() ? 'Opening…' : 'Connecting…'}</div>;
+    if (state.at === 'opening') return <Opening stage={state.stage} waitedS={state.waitedS} />;
     return <Waiting retryAt={state.retryAt} reason={state.reason} />;
+}
+
+/** A large project takes its time; seconds are told once there are some. */
+function Opening({ stage, waitedS }: { stage: 'opening' | 'waiting'; waitedS: number }) {
+    const what = stage === 'opening' ? 'The server opens the project' : 'The server opens the project as soon as it has room for it';
+    return (
+        <div class="banner">
+            <span role="status">{what}</span>
+            <span>…{waitedS > 1 && ` ${waitedS} s`}</span>
+        </div>
+    );
 }
 
 interface Emptiness {

@@ -1,7 +1,7 @@
 import { useSignal } from '@preact/signals';
 import type { ComponentChildren } from 'preact';
 import { useEffect, useRef } from 'preact/hooks';
-import { hrefOf, nameOfCopy, peopleIn, type Project, type Version } from '../state/projects';
+import { hrefOf, nameOfCopy, peopleIn, type Project, type Trashed, type Version } from '../state/projects';
 import { Banner } from './Banner';
 import { Choice } from './Choice';
 import { useApp } from './context';
@@ -235,12 +235,58 @@ function VersionRow({ project, version }: { project: Project; version: Version }
     );
 }
 
+/** What cannot be taken back is asked twice: the button that does it is not the one that has the focus. */
+function Sure(props: { question: string; button: string; onYes(): void; onNo(): void }) {
+    const { busy } = useApp().projects;
+    const keep = useRef<HTMLButtonElement>(null);
+    useEffect(() => keep.current?.focus(), []);
+    const onKeyDown = (e: KeyboardEvent): void => {
+        if (e.key !== 'Escape') return;
+        e.preventDefault(); // the dialog around it stays
+        e.stopPropagation();
+        props.onNo();
+    };
+    return (
+        <div class="sure" role="group" aria-label={props.question} onKeyDown={onKeyDown}>
+            <span role="alert">{props.question} Nothing brings it back.</span>
+            <button type="button" class="button" disabled={busy.value} onClick={props.onYes}>
+                {props.button}
+            </button>
+            <button type="button" class="button" ref={keep} onClick={props.onNo}>
+                Keep
+            </button>
+        </div>
+    );
+}
+
+const ALL = '';
+
 function Trash() {
     const { projects } = useApp();
+    const root = useRef<HTMLDetailsElement>(null);
+    /** Whose end was asked for. */
+    const asked = useSignal<string | null>(null);
     const list = projects.trash.value;
+    const busy = projects.busy.value;
     if (list.length === 0) return null;
+    /** Where the focus was is another button now, or nothing: it goes to the first of these that is there. */
+    const focus = (around: HTMLElement | null | undefined, ...wanted: string[]): void => {
+        requestAnimationFrame(() => wanted.map((one) => around?.querySelector<HTMLElement>(one)).find((found) => found)?.focus());
+    };
+    const no = (label: string): void => {
+        asked.value = null;
+        focus(root.current, `[aria-label="${CSS.escape(label)}"]`, 'summary');
+    };
+    const yes = async (deed: Promise<void>): Promise<void> => {
+        const around = root.current?.parentElement; // which stays when the trash is empty
+        asked.value = null;
+        focus(around, 'summary');
+        await deed;
+        focus(around, 'summary', '.project-name', 'input');
+    };
+    const forEver = (one: Trashed): string => `Delete for ever: ${one.name}`;
     return (
-        <details class="project-trash">
+        <details class="project-trash" ref={root}>
             <summary>Trash ({list.length})</summary>
             <p class="hint">What is here is removed a month after it was deleted.</p>
             <ul class="versions">
@@ -250,13 +296,31 @@ function Trash() {
                             {one.name} <small>deleted {when(one.deletedS)}</small>
                         </span>
                         <Editing>
-                            <button type="button" class="button" aria-label={`Bring back ${one.name}`} disabled={projects.busy.value} onClick={() => void projects.restore(one)}>
-                                Bring back
-                            </button>
+                            {asked.value === one.id ? (
+                                <Sure question={`Delete ${one.name} for ever?`} button="Delete for ever" onYes={() => void yes(projects.erase(one))} onNo={() => no(forEver(one))} />
+                            ) : (
+                                <>
+                                    <button type="button" class="button" aria-label={`Bring back ${one.name}`} disabled={busy} onClick={() => void projects.restore(one)}>
+                                        Bring back
+                                    </button>
+                                    <button type="button" class="button" aria-label={forEver(one)} disabled={busy} onClick={() => (asked.value = one.id)}>
+                                        Delete for ever
+                                    </button>
+                                </>
+                            )}
                         </Editing>
                     </li>
                 ))}
             </ul>
+            <Editing>
+                {asked.value === ALL ? (
+                    <Sure question="Delete all that is in the trash for ever?" button="Empty trash" onYes={() => void yes(projects.emptyTrash())} onNo={() => no('Empty trash')} />
+                ) : (
+                    <button type="button" class="button" aria-label="Empty trash" disabled={busy} onClick={() => (asked.value = ALL)}>
+                        Empty trash
+                    </button>
+                )}
+            </Editing>
         </details>
     );
 }

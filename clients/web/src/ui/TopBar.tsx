@@ -4,7 +4,7 @@ import { useApp } from './context';
 import { Icon } from './Icon';
 import { useTheme } from './theme';
 
-const LINK_WORDS = { online: 'connected', stalled: 'no answer', refused: 'locked', connecting: 'offline', waiting: 'offline', ended: 'sent away' } as const;
+const LINK_WORDS = { online: 'connected', stalled: 'no answer', refused: 'locked', connecting: 'offline', opening: 'opening', waiting: 'offline', ended: 'sent away' } as const;
 
 export function TopBar() {
     const app = useApp();
