@@ -28,6 +28,7 @@
 #include "server/base/service.h"
 #include "server/net/net_internal.h"
 #include "server/net/projects.h"
+#include "server/net/tls.h"
 
 #define PROTOCOL "lumend.v1"
 #define RX_BYTES (16u << 10)              /* read at once: most messages whole; each connection has such a buffer */
@@ -240,6 +241,10 @@ static int ws_timer(struct conn *c)
 static void look_around(struct lum_net *net)
 {
     atomic_store(&net->woken, false); /* before looking: pairs with lum_net_wake */
+    if (net->config.tls) {
+        lum_tls_take_offered(net->config.tls);
+        net->counters.certificate_ends_s = lum_tls_ends_s(net->config.tls);
+    }
     if (!net->sessions)
         return;
     if (atomic_load(&net->stop) && !net->site.draining) {
@@ -266,7 +271,9 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
 {
     struct lum_net *net = lws_context_user(lws_get_context(wsi));
     struct conn *c = user;
-    switch ((int)reason) { /* int: only these reasons concern us */
+    switch ((int)reason) {                                    /* int: only these reasons concern us */
+    case LWS_CALLBACK_OPENSSL_LOAD_EXTRA_SERVER_VERIFY_CERTS: /* once, of the listening socket: no connection yet */
+        return lum_tls_setup(net->config.tls, user) ? 0 : -1;
     case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
         return filter_connection(net, (int)(intptr_t)in);
     case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED:
@@ -340,7 +347,8 @@ static void fill_info(struct lum_net *net, struct lws_context_creation_info *inf
     info->keepalive_timeout = 5;
     info->retry_and_idle_policy = &idle_policy;
     info->options = LWS_SERVER_OPTION_VALIDATE_UTF8 | LWS_SERVER_OPTION_FAIL_UPON_UNABLE_TO_BIND |
-                    (config->address.ipv6 ? 0 : LWS_SERVER_OPTION_DISABLE_IPV6) | LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
+                    (config->address.ipv6 ? 0 : LWS_SERVER_OPTION_DISABLE_IPV6) | LWS_SERVER_OPTION_EXPLICIT_VHOSTS |
+                    (config->tls ? LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT | LWS_SERVER_OPTION_CREATE_VHOST_SSL_CTX : 0);
 }
 
 enum lum_status lum_net_create(const struct lum_net_config *config, struct lum_net **ret_net, struct lum_error *err)
@@ -389,6 +397,11 @@ void lum_net_destroy(struct lum_net *net)
 uint16_t lum_net_port(const struct lum_net *net)
 {
     return (uint16_t)lws_get_vhost_listen_port(net->vhost);
+}
+
+const struct lum_tls *lum_net_tls(const struct lum_net *net)
+{
+    return net->config.tls;
 }
 
 struct lum_net_counters *lum_net_counters(struct lum_net *net)
