@@ -58,7 +58,8 @@ static void help_serve(const struct lum_help *h)
                   "  lumend                              the Cornell box on this machine\n"
                   "  lumend --scene office --listen 127.0.0.1:0\n"
                   "  lumend --projects rooms             many scenes in the folder rooms\n"
-                  "  lumend --scene room.glb --listen 0.0.0.0:9460 --token-file token --allow-host render.example\n");
+                  "  lumend --scene room.glb --listen 0.0.0.0:9460 --token-file token --allow-host render.example \\\n"
+                  "         --tls-cert render.pem --tls-key render.key\n");
 }
 
 static int version(void)
@@ -364,6 +365,10 @@ static enum lum_status serve_projects(const struct lum_serve_options *o, struct 
         lum_serve_options_warn(&log);
         print_ready(o, lum_net_port(net), auth, lum_net_tls(net));
         lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->listen.host, lum_net_port(net));
+        if (!o->listen.loopback && !lum_net_tls(net))
+            lum_log(&log, LUM_LOG_WARNING, "main",
+                    "clear text beyond this machine: without a proxy that speaks TLS, or --tls-cert, token, scene and "
+                    "pictures can be read on the way");
         lum_service_tell(service, "READY=1");
         lum_net_run(net, sessions, projects);
         lum_log(&log, LUM_LOG_INFO, "main", "stopped");

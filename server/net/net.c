@@ -11,6 +11,8 @@
  *   connection the header block may be gone and `in` dangling (read after free in 4.1.6 before any authentication), and
  *   "h2c" would be accepted on a clear-text port.
  * - Host and Origin are checked for pages and upgrades alike.
+ * - By TLS each read takes a whole record. Where a rest of one stays with OpenSSL while a WebSocket is not read from
+ *   (lws_rx_flow_control), 4.1.6 turns for ever, and adds what it holds back to its heap each time.
  * - There is no limit on message size, connections per address, bytes or messages per second in the library: they are
  *   here, in peers.c, in session.c and in uploads.c. */
 #define _GNU_SOURCE
@@ -32,11 +34,14 @@
 
 #define PROTOCOL "lumend.v1"
 #define RX_BYTES (16u << 10)              /* read at once: most messages whole; each connection has such a buffer */
+#define TLS_RECORD_BYTES (16u << 10)      /* at most: RFC 8446, 5.1 */
 #define UNSENT_BYTES (128 << 10)          /* TCP_NOTSENT_LOWAT: frames wait here, and not in the kernel */
 #define READ_LATER_US 20000               /* at least so long, so that a flood does not mean a timer for every read */
 #define TURN_NS 1000000000ll              /* of projects: what waits for one waits seconds anyway */
 #define HEADER_POOL LUM_LIMIT_CONNECTIONS /* all may be in their HTTP phase at once: none waits for another */
 #define CLOSE_GRACE_S 5                   /* a peer that does not take the close frame is cut off */
+
+_Static_assert(RX_BYTES >= TLS_RECORD_BYTES, "a record may stay unread in part");
 
 static const lws_retry_bo_t idle_policy = {
     .secs_since_valid_ping = LUM_LIMIT_PING_S,
@@ -341,6 +346,7 @@ static void fill_info(struct lum_net *net, struct lws_context_creation_info *inf
     info->server_string = "lumend";
     info->max_http_header_data = LUM_LIMIT_HTTP_HEADER_BYTES;
     info->max_http_header_pool = HEADER_POOL;
+    info->pt_serv_buf_size = config->tls ? 2 * TLS_RECORD_BYTES : 0; /* 0: 4 KiB */
     info->fd_limit_per_thread = LUM_LIMIT_CONNECTIONS + 16; /* the listening socket, the event descriptor, spare */
     info->timeout_secs = 10;
     info->timeout_secs_ah_idle = 10;

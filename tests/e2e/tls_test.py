@@ -9,7 +9,9 @@ import signal
 import socket
 import ssl
 import subprocess
+import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -18,7 +20,12 @@ from authority import Authority, openssl
 from daemon import LUMEND, Daemon, write_people
 from wsclient import BROKEN, LAST_TILE, WAIT_S, HandshakeFailed, WebSocket, connect_tcp, tile_header
 
+PYTHON = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "clients", "python"))
+sys.path.insert(0, PYTHON)
+import lumend
+
 NAME = "lights.example"
+REPLAY = os.environ.get("LUMEND_REPLAY")
 
 
 def serve(*options, environment=None):
@@ -222,6 +229,60 @@ class Spoken(WithAuthority):
             self.assertTrue(cut, "a dribbled handshake was never cut off")
 
 
+class Clients(WithAuthority):
+    def setUp(self):
+        super().setUp()
+        self.daemon = self.serve(self.authority.issue("daemon", "DNS:localhost"))
+        self.url = f"https://localhost:{self.daemon.port}/#t={self.daemon.token}"
+
+    def test_python(self):
+        with lumend.connect(self.url, ca=self.authority.certificate) as session:
+            with session.edit() as edit:
+                edit.set("ceiling-panel", flux_lm=2000)
+            self.assertGreater(session.view(160, 120, spp=1).picture().width, 0)
+            answers = []
+            several = [threading.Thread(target=lambda: answers.extend(session.call("scene.get")["scene_rev"] for _ in range(50)))
+                       for _ in range(4)]
+            for thread in several:
+                thread.start()
+            for thread in several:
+                thread.join()
+            self.assertEqual(len(answers), 200)
+        for url, ca, kind, part in ((self.url, None, lumend.Disconnected, "is not trusted"),
+                                    (self.url, Authority(self.folder, "stranger").certificate, lumend.Disconnected, "is not trusted"),
+                                    (self.url.replace("localhost", "127.0.0.1"), self.authority.certificate, lumend.Disconnected, "is not trusted"),
+                                    (self.url, "/nothing", ValueError, "no such file"),
+                                    (self.url.replace("https", "http"), self.authority.certificate, ValueError, "ca=.* is for https"),
+                                    (self.url.replace("https", "http"), None, lumend.Disconnected, "")):
+            with self.assertRaisesRegex(kind, part, msg=url):
+                lumend.connect(url, ca=ca)
+
+    def test_the_smallest(self):
+        client = os.path.join(PYTHON, "..", "minimal", "client.py")
+        picture = os.path.join(self.folder, "picture.png")
+        subprocess.run([sys.executable, client, self.url, picture, "ceiling-panel", "5500"], check=True, timeout=WAIT_S,
+                       env={**os.environ, "SSL_CERT_FILE": self.authority.certificate}, capture_output=True)
+        self.assertEqual(read(picture)[:4], b"\x89PNG")
+
+    def replay(self, *options, url=None):
+        return subprocess.run([REPLAY, "--url", url or f"wss://localhost:{self.daemon.port}", "--token", self.daemon.token,
+                               "--camera-orbit", "2", "--view-size", "64x48", "--timeout", "20", *options], capture_output=True,
+                              text=True, timeout=WAIT_S)
+
+    @unittest.skipUnless(REPLAY, "LUMEND_REPLAY names lumend-replay")
+    def test_replay(self):
+        done = self.replay("--ca", self.authority.certificate)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for options, url, part in (((), None, "whom --ca names"),
+                                   (("--ca", Authority(self.folder, "stranger").certificate), None, "whom --ca names"),
+                                   (("--ca", self.authority.certificate), f"wss://127.0.0.1:{self.daemon.port}", "whom --ca names"),
+                                   (("--ca", "/nothing"), None, "the file of --ca cannot be read"),
+                                   (("--ca", self.authority.certificate), f"ws://localhost:{self.daemon.port}", "--ca is for wss://")):
+            done = self.replay(*options, url=url)
+            self.assertEqual(done.returncode, 1, (options, done.stdout))
+            self.assertIn(part, done.stderr)
+
+
 class Start(WithAuthority):
     """What is wrong is told before anything is served: which file, and why."""
 
@@ -288,6 +349,15 @@ class Start(WithAuthority):
         cert, key = self.authority.issue("soon", days="5")
         with Daemon("--tls-cert", cert, "--tls-key", key, trust=None) as daemon:
             self.assertRegex(daemon.read_log(), "its time ends in [45] days")
+
+    def test_clear_text_beyond_this_machine_is_told(self):
+        token = self.write("token", b"t" * 32)
+        pair = ["--{}={}".format(*pair) for pair in zip(("tls-cert", "tls-key"), self.authority.issue("daemon"))]
+        for listen, options, told in (("0.0.0.0:0", [], True), ("0.0.0.0:0", pair, False), ("127.0.0.1:0", [], False)):
+            with Daemon("--token-file", token, *options, listen=listen, trust=None) as daemon:
+                daemon.process.send_signal(signal.SIGTERM)
+                daemon.process.wait(WAIT_S)  # it says so after the line that this waited for
+                self.assertEqual("clear text beyond this machine" in daemon.read_log(), told, (listen, options))
 
     def test_the_printed_address_is_one_of_the_certificate(self):
         for names, options, host in (("IP:127.0.0.1", ["--allow-host", NAME], "127.0.0.1"),
