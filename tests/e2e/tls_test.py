@@ -253,7 +253,7 @@ class Clients(WithAuthority):
                                     (self.url.replace("localhost", "127.0.0.1"), self.authority.certificate, lumend.Disconnected, "is not trusted"),
                                     (self.url, "/nothing", ValueError, "no such file"),
                                     (self.url.replace("https", "http"), self.authority.certificate, ValueError, "ca=.* is for https"),
-                                    (self.url.replace("https", "http"), None, lumend.Disconnected, "")):
+                                    (self.url.replace("https", "http"), None, lumend.Disconnected, "does its address begin with https|something else")):
             with self.assertRaisesRegex(kind, part, msg=url):
                 lumend.connect(url, ca=ca)
 

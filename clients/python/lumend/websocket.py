@@ -70,8 +70,10 @@ class WebSocket:
         self._sending = threading.Lock()
         try:
             self._handshake(host, port)
-        except BaseException:
+        except BaseException as error:
             self.close()
+            if isinstance(error, OSError) and not isinstance(error, (Disconnected, TimeoutError)):
+                raise Disconnected(f"{host}:{port} hung up: does its address begin with {'http' if secure else 'https'}?") from None
             raise
         self._line.settimeout(None)  # whoever waits has a limit of their own
 
