@@ -208,6 +208,12 @@ struct ws *ws_connect(const char *url, const char *ca, const char *subprotocol, 
         *ret_reason = a.tls ? "the file of --ca cannot be read" : "--ca is for wss://";
         return NULL;
     }
+#if !defined(LWS_WITH_TLS)
+    if (a.tls) {
+        *ret_reason = "this lumend-replay was built with a libwebsockets without TLS";
+        return NULL;
+    }
+#endif
     struct ws *ws = calloc(1, sizeof *ws);
     *ret_reason = "out of memory";
     if (!ws)

@@ -3,6 +3,7 @@
 
 #include <arpa/inet.h>
 #include <errno.h>
+#include <signal.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <sys/time.h>
@@ -49,6 +50,7 @@ static size_t exchange(int fd, char *answer, size_t size)
 enum lum_status lum_healthcheck(const struct lum_address *address, bool tls, struct lum_error *err)
 {
     char answer[512] = "";
+    signal(SIGPIPE, SIG_IGN); /* of a server that hangs up: an error code, not a signal */
     int fd = connect_to(address);
     if (fd < 0)
         return lum_fail(err, LUM_ERR_IO, "listen", "no server at %s port %u: %s", address->host, address->port,

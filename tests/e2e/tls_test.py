@@ -192,6 +192,7 @@ class Spoken(WithAuthority):
         for start in starts:
             ends.append(connect_tcp(self.daemon.port))
             ends[-1].sendall(start)
+        ends.append(self.tls())  # and one that says nothing after it
         for sock in ends:
             read_to_end(sock)  # ends, or its own time-out fails the test
             sock.close()
