@@ -64,8 +64,10 @@ static void help_serve(const struct lum_help *h)
 
 static int version(void)
 {
-    printf("lumend %s (protocol 1)\n%s\n%s\n%s\ncJSON %s\ncompiler %s\n", LUMEND_VERSION, lum_accel_library(),
-           lum_exr_library(), lum_net_library(), cJSON_Version(), __VERSION__);
+    const char *tls = lum_tls_library();
+    printf("lumend %s (protocol 1)\n%s\n%s\n%s\n%s%s\ncJSON %s\ncompiler %s\n", LUMEND_VERSION, lum_accel_library(),
+           lum_exr_library(), lum_net_library(), tls ? "OpenSSL " : "without TLS", tls ? tls : "", cJSON_Version(),
+           __VERSION__);
     return LUM_EXIT_OK;
 }
 

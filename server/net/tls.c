@@ -185,5 +185,5 @@ const char *lum_tls_name(const struct lum_tls *tls, const char *address, bool lo
 
 const char *lum_tls_library(void)
 {
-    return OpenSSL_version(OPENSSL_VERSION_STRING); /* "3.0.19" */
+    return OpenSSL_version(OPENSSL_VERSION_STRING);
 }

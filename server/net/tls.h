@@ -47,6 +47,6 @@ const char *lum_tls_name(const struct lum_tls *tls, const char *address, bool lo
  * The certificate is not looked at: no secret is sent, and it is of other names than the address that is asked. */
 size_t lum_tls_ask(int fd, const char *request, size_t n_request, char *answer, size_t size);
 
-const char *lum_tls_library(void); /* "OpenSSL 3.0.19", or "no TLS" */
+const char *lum_tls_library(void); /* of OpenSSL: "3.0.19". NULL: there is no TLS */
 
 #endif
