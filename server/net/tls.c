@@ -18,9 +18,7 @@
 struct lum_tls {
     struct lum_tls_config config;
     _Atomic(struct lum_tls_pair *) offered; /* a newer one, which the net thread takes; NULL: none */
-    /* net thread */
-    struct lum_tls_pair *pair;
-    SSL_CTX *ctx; /* of the vhost, whose library frees it; NULL: not yet there */
+    struct lum_tls_pair *pair;              /* net thread: that of new connections */
 };
 
 /* Of TLS 1.2: with keys that are thrown away, and encryption that is also a checksum. TLS 1.3 has no others. */
@@ -45,6 +43,15 @@ static bool use(SSL_CTX *ctx, const struct lum_tls_pair *p)
     return SSL_CTX_use_cert_and_key(ctx, p->leaf, p->key, p->chain, 1) == 1;
 }
 
+/* For one connection, as its handshake begins. The context has a place for each kind of key, which nobody can empty:
+ * there a key of another kind would leave the certificate before it in use. */
+static int choose(SSL *ssl, void *user)
+{
+    const struct lum_tls_pair *const *pair = user;
+    SSL_certs_clear(ssl);
+    return SSL_use_cert_and_key(ssl, (*pair)->leaf, (*pair)->key, (*pair)->chain, 1);
+}
+
 /* On a context of its own: what connections would refuse later is refused now, while somebody looks. */
 static enum lum_status try_out(const struct lum_tls_config *c, const struct lum_tls_pair *p, struct lum_error *err)
 {
@@ -59,7 +66,9 @@ static enum lum_status try_out(const struct lum_tls_config *c, const struct lum_
 
 static bool is_for(const struct lum_tls_pair *p, const char *name)
 {
-    return X509_check_ip_asc(p->leaf, name, 0) == 1 || X509_check_host(p->leaf, name, strlen(name), 0, NULL) == 1;
+    bool yes = X509_check_ip_asc(p->leaf, name, 0) == 1 || X509_check_host(p->leaf, name, strlen(name), 0, NULL) == 1;
+    ERR_clear_error(); /* what is left there would be taken for an error of the next connection */
+    return yes;
 }
 
 /* The next of "a.example,b.example"; false: there is none. *list is moved on. */
@@ -148,8 +157,8 @@ enum lum_status lum_tls_read_again(struct lum_tls *tls, struct lum_error *err)
 
 bool lum_tls_setup(struct lum_tls *tls, void *ssl_ctx)
 {
-    tls->ctx = ssl_ctx;
-    return set_rules(ssl_ctx) && use(ssl_ctx, tls->pair);
+    SSL_CTX_set_cert_cb(ssl_ctx, choose, &tls->pair);
+    return set_rules(ssl_ctx) && use(ssl_ctx, tls->pair); /* libwebsockets looks at its age once a day */
 }
 
 void lum_tls_take_offered(struct lum_tls *tls)
@@ -157,14 +166,8 @@ void lum_tls_take_offered(struct lum_tls *tls)
     struct lum_tls_pair *p = atomic_exchange(&tls->offered, NULL);
     if (!p)
         return;
-    if (use(tls->ctx, p)) {
-        lum_tls_pair_free(tls->pair);
-        tls->pair = p;
-    } else { /* of memory: it was tried out when it was read */
-        lum_log(&tls->config.log, LUM_LOG_ERROR, "tls", "%s cannot be used: %s; the one before stays",
-                tls->config.cert_path, lum_tls_why());
-        lum_tls_pair_free(p);
-    }
+    lum_tls_pair_free(tls->pair); /* connections that are open count it, and keep it */
+    tls->pair = p;
 }
 
 int64_t lum_tls_ends_s(const struct lum_tls *tls)

@@ -3,8 +3,8 @@
  *
  * The files are read by the thread that starts the daemon, and again, at SIGHUP, by the thread of signals: a disk that
  * is slow keeps no client waiting. What they say is checked there, to the last detail, and then offered to the net
- * thread, which alone touches the context that connections are made of. Connections that are open keep what they
- * began with. */
+ * thread, whose connections begin with them from then on. Those that are open keep what they began
+ * with. */
 #ifndef LUM_SERVER_NET_TLS_H
 #define LUM_SERVER_NET_TLS_H
 
@@ -32,7 +32,7 @@ void lum_tls_destroy(struct lum_tls *tls); /* accepts NULL */
 /* Reads both again, for lum_tls_take_offered. Where they are wrong nothing changes. Of one thread. */
 LUM_MUST_USE enum lum_status lum_tls_read_again(struct lum_tls *tls, struct lum_error *err);
 
-/* Net thread. ssl_ctx: SSL_CTX of the listening socket; stays what new connections are made of. False: it refuses. */
+/* Net thread. ssl_ctx: SSL_CTX of the listening socket, which asks tls at each handshake. False: it refuses. */
 bool lum_tls_setup(struct lum_tls *tls, void *ssl_ctx);
 /* Net thread. What was read again is that of new connections from here on. */
 void lum_tls_take_offered(struct lum_tls *tls);

@@ -384,23 +384,28 @@ class Renewed(WithAuthority):
         with self.trust.wrap_socket(connect_tcp(daemon.port), server_hostname="127.0.0.1") as sock:
             return dict(pair for part in sock.getpeercert()["subject"] for pair in part)["commonName"]
 
+    def wait_for(self, daemon, name):
+        """The thread of signals says that it is there, and then wakes that of the network."""
+        for _ in range(1000):
+            if self.name_of(daemon) == name:
+                return
+        self.fail(f"new connections have {self.name_of(daemon)}, not {name}")
+
     def hang_up(self, daemon, said):
-        """SIGHUP, and all that it is answered. Before the net thread has gone on, it answers nothing."""
+        """SIGHUP, until the log says so."""
         before = daemon.read_log().count(said)
         daemon.process.send_signal(signal.SIGHUP)
         while daemon.read_log().count(said) == before:
             daemon.get("/healthz")
-        daemon.get("/healthz")
 
     def test_a_renewed_certificate_is_for_new_connections(self):
         daemon = self.serve(self.served)
         old = daemon.connect()
         self.assertEqual(self.name_of(daemon), "first")
-        for name in ("second", "third"):
-            self.install(name)
+        for name, more in (("second", {}), ("third", {"key": ("rsa", "rsa_keygen_bits:2048")}), ("fourth", {})):
+            self.install(name, **more)  # another kind of key does not stand beside the one before
             self.hang_up(daemon, "new connections have the certificate")
-            while self.name_of(daemon) != name:  # the signal's thread says so, and then wakes the network's
-                pass
+            self.wait_for(daemon, name)
             old.call("scene.get")
         new = daemon.connect()
         for ws in (new, old):
@@ -427,8 +432,7 @@ class Renewed(WithAuthority):
         write_people(people, {"ann": ("edit", "a" * 32), "ben": ("view", "b" * 32)})
         self.hang_up(daemon, "new connections have the certificate")
         self.assertIn("SIGHUP: 2 people may connect", daemon.read_log())
-        while self.name_of(daemon) != "second":
-            pass
+        self.wait_for(daemon, "second")
         ann.call("scene.get")
 
     def test_a_chain_is_sent(self):
