@@ -5,21 +5,23 @@ usage: python3 clients/minimal/client.py 'http://127.0.0.1:9460/#t=TOKEN' pictur
 The URL is the one that the server prints, ceiling-panel a lamp of its scene, 5500 the lamp's new flux in lumens. Python's
 standard library is enough. "From connect to the first frame" in protocol/PROTOCOL.md explains the messages.
 """
-import json, os, re, socket, struct, sys, zlib
+import json, os, re, socket, ssl, struct, sys, zlib
 
 LAST_TILE, CONVERGED = 1, 4  # flags of a tile
 WIDTH, HEIGHT = 320, 240
 if len(sys.argv) != 5:
     sys.exit(__doc__)
 url, out, lamp, lumens = sys.argv[1:]
-parts = re.fullmatch(r"http://(.+):(\d+)/(?:#t=(.*))?", url)
+parts = re.fullmatch(r"http(s?)://(.+):(\d+)/(?:#t=(.*))?", url)
 if not parts:
     sys.exit(f"{url} is not a URL as the server prints it: http://127.0.0.1:9460/#t=TOKEN")
-host, port, token = parts.groups()
+secure, host, port, token = parts.groups()
 try:
     line = socket.create_connection((host, int(port)))
+    if secure:  # $SSL_CERT_FILE names who signed the certificate, where this machine does not know them
+        line = ssl.create_default_context().wrap_socket(line, server_hostname=host)
 except OSError as error:
-    sys.exit(f"{url}: {error.strerror}: does lumend run there?")
+    sys.exit(f"{url}: {error.strerror or error}: does lumend run there?")
 incoming = line.makefile("rb")
 
 

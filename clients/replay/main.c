@@ -18,7 +18,8 @@ static const char usage_text[] =
     "Plays a replay against a running lumend, and measures how long edits take to reach the screen. A built-in one:\n"
     "lumend scenes NAME | lumend-replay -\n"
     "\n"
-    "  --url URL            ws://127.0.0.1:9460\n"
+    "  --url URL            ws://127.0.0.1:9460, or wss://\n"
+    "  --ca FILE            of wss: who signed the server's certificate (PEM); default: whom this machine trusts\n"
     "  --token T            of the server's URL; default: $LUMEND_TOKEN\n"
     "  --project ID         of a server with many scenes (--projects): in which\n"
     "  --speed X            1: as recorded; 2: twice as fast; 0: each edit when the one before is shown\n"
@@ -76,6 +77,9 @@ static bool parse_option(struct arguments *a, int option, const char *value)
     case 'u':
         p->url = value;
         return true;
+    case 'a':
+        p->ca = value;
+        return true;
     case 't':
         p->token = value;
         return true;
@@ -121,7 +125,7 @@ static bool parse_arguments(int argc, char **argv, struct arguments *a)
         {"url", 1, NULL, 'u'},       {"token", 1, NULL, 't'},   {"speed", 1, NULL, 's'}, {"camera-orbit", 1, NULL, 'o'},
         {"view-size", 1, NULL, 'v'}, {"method", 1, NULL, 'm'},  {"codec", 1, NULL, 'c'}, {"quality", 1, NULL, 'q'},
         {"record", 1, NULL, 'r'},    {"timeout", 1, NULL, 'w'}, {"json", 0, NULL, 'j'},  {"help", 0, NULL, 'h'},
-        {"version", 0, NULL, 'V'},   {"project", 1, NULL, 'p'}, {NULL, 0, NULL, 0},
+        {"version", 0, NULL, 'V'},   {"project", 1, NULL, 'p'}, {"ca", 1, NULL, 'a'},    {NULL, 0, NULL, 0},
     };
     *a = (struct arguments){.player = {.url = "ws://127.0.0.1:9460",
                                        .token = getenv("LUMEND_TOKEN"),

@@ -156,8 +156,11 @@ static bool step(struct player *p, int64_t deadline_ns)
         break;
     case WS_CLOSED:
         if (!p->open)
-            return fail(p, "cannot connect to %s (%.*s): start lumend, or name its address by --url ws://HOST:PORT",
-                        p->options->url, (int)e.n_bytes, (const char *)e.bytes);
+            return fail(p, "cannot connect to %s (%.*s): start lumend, or name its address by --url ws://HOST:PORT%s",
+                        p->options->url, (int)e.n_bytes, (const char *)e.bytes,
+                        strncmp(p->options->url, "wss:", 4) == 0
+                            ? "; its certificate must be for that name, and signed by one whom --ca names"
+                            : "");
         return fail(p, "%.*s", (int)e.n_bytes, (const char *)e.bytes);
     case WS_TIMEOUT:
         return false;
@@ -379,7 +382,7 @@ bool player_run(const struct player_options *options, const struct lum_ops *ops,
     const char *reason = "out of memory";
     memset(ret_report, 0, sizeof *ret_report);
     bool ok = canvas_init(&p.canvas, options->w, options->h, options->record_dir != NULL) &&
-              (p.ws = ws_connect(options->url, "lumend.v1", &reason)) != NULL;
+              (p.ws = ws_connect(options->url, options->ca, "lumend.v1", &reason)) != NULL;
     if (!ok)
         fail(&p, "%s", reason);
     ok = ok && wait_until_open(&p) && hello(&p) && (options->orbit == 0 || read_camera(&p, &orbit)) && open_view(&p) &&

@@ -8,7 +8,7 @@
 #include "protocol/op/op.h"
 
 struct player_options {
-    const char *url, *token, *project;
+    const char *url, *ca, *token, *project;
     const char *method;     /* NULL: the scene's */
     const char *codec;      /* "jpeg" "png" "rgba8" */
     const char *record_dir; /* NULL: frames are not kept */

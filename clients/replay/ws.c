@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <libwebsockets.h>
 
@@ -150,14 +151,16 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
 struct address {
     char host[256], path[256];
     int port;
+    bool tls;
 };
 
 static bool parse_url(const char *url, struct address *ret)
 {
-    struct address a = {.port = 80, .path = "/"};
-    if (strncmp(url, "ws://", 5) != 0)
+    bool tls = strncmp(url, "wss://", 6) == 0;
+    struct address a = {.port = tls ? 443 : 80, .path = "/", .tls = tls};
+    if (!tls && strncmp(url, "ws://", 5) != 0)
         return false;
-    url += 5;
+    url += tls ? 6 : 5;
     size_t n = strcspn(url, "/:");
     if (n == 0 || n >= sizeof a.host)
         return false;
@@ -177,15 +180,40 @@ static bool parse_url(const char *url, struct address *ret)
     return true;
 }
 
-struct ws *ws_connect(const char *url, const char *subprotocol, const char **ret_reason)
+/* What libwebsockets takes for a name that it looks up, or a file that it cannot read, is told by its callbacks. */
+static struct lws_context *make_context(struct ws *ws, const struct lws_protocols *protocols, bool tls, const char *ca)
+{
+    struct lws_context_creation_info info = {
+        .port = CONTEXT_PORT_NO_LISTEN, .protocols = protocols, .user = ws, .gid = (gid_t)-1, .uid = (uid_t)-1};
+    if (tls)
+        info.options = LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT;
+#if defined(LWS_WITH_TLS)
+    info.client_ssl_ca_filepath = ca;
+#else
+    (void)ca;
+#endif
+    return lws_create_context(&info);
+}
+
+struct ws *ws_connect(const char *url, const char *ca, const char *subprotocol, const char **ret_reason)
 {
     static const struct lws_protocols protocols[] = {
         {.name = "replay", .callback = on_event, .rx_buffer_size = 1 << 16}, {.name = NULL}};
     struct address a;
     if (!parse_url(url, &a)) {
-        *ret_reason = "the URL must look like ws://host:port";
+        *ret_reason = "the URL must look like ws://host:port, or wss://host:port";
         return NULL;
     }
+    if (ca && (!a.tls || access(ca, R_OK) != 0)) {
+        *ret_reason = a.tls ? "the file of --ca cannot be read" : "--ca is for wss://";
+        return NULL;
+    }
+#if !defined(LWS_WITH_TLS)
+    if (a.tls) {
+        *ret_reason = "this lumend-replay was built with a libwebsockets without TLS";
+        return NULL;
+    }
+#endif
     struct ws *ws = calloc(1, sizeof *ws);
     *ret_reason = "out of memory";
     if (!ws)
@@ -193,9 +221,7 @@ struct ws *ws_connect(const char *url, const char *subprotocol, const char **ret
     ws->in.end = &ws->in.first;
     ws->out.end = &ws->out.first;
     lws_set_log_level(0, NULL);
-    const struct lws_context_creation_info info = {
-        .port = CONTEXT_PORT_NO_LISTEN, .protocols = protocols, .user = ws, .gid = (gid_t)-1, .uid = (uid_t)-1};
-    ws->context = lws_create_context(&info);
+    ws->context = make_context(ws, protocols, a.tls, ca);
     if (!ws->context)
         goto fail;
     char host[280];
@@ -205,6 +231,7 @@ struct ws *ws_connect(const char *url, const char *subprotocol, const char **ret
                                                .port = a.port,
                                                .path = a.path,
                                                .host = host,
+                                               .ssl_connection = a.tls ? LCCSCF_USE_SSL : 0,
                                                .protocol = subprotocol,
                                                .local_protocol_name = "replay",
                                                .pwsi = &ws->wsi};

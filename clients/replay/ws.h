@@ -19,8 +19,9 @@ struct ws_event {
 
 int64_t ws_clock_ns(void); /* monotonic */
 
-/* url: ws://host[:port][/path]. Starts to connect. NULL: *ret_reason (static) says why. */
-struct ws *ws_connect(const char *url, const char *subprotocol, const char **ret_reason);
+/* url: ws://host[:port][/path], or wss. ca: of wss, the file (PEM) of who signed the server's certificate; NULL: whom
+ * this machine trusts. Starts to connect. NULL: *ret_reason (static) says why. */
+struct ws *ws_connect(const char *url, const char *ca, const char *subprotocol, const char **ret_reason);
 void ws_destroy(struct ws *ws); /* accepts NULL; closes */
 
 /* Queues a text, which it owns and frees; false when it is NULL or memory is short. */

@@ -32,6 +32,7 @@
 #include "server/net/healthcheck.h"
 #include "server/net/net.h"
 #include "server/net/projects.h"
+#include "server/net/tls.h"
 
 static void help_serve(const struct lum_help *h)
 {
@@ -57,13 +58,16 @@ static void help_serve(const struct lum_help *h)
                   "  lumend                              the Cornell box on this machine\n"
                   "  lumend --scene office --listen 127.0.0.1:0\n"
                   "  lumend --projects rooms             many scenes in the folder rooms\n"
-                  "  lumend --scene room.glb --listen 0.0.0.0:9460 --token-file token --allow-host render.example\n");
+                  "  lumend --scene room.glb --listen 0.0.0.0:9460 --token-file token --allow-host render.example \\\n"
+                  "         --tls-cert render.pem --tls-key render.key\n");
 }
 
 static int version(void)
 {
-    printf("lumend %s (protocol 1)\n%s\n%s\n%s\ncJSON %s\ncompiler %s\n", LUMEND_VERSION, lum_accel_library(),
-           lum_exr_library(), lum_net_library(), cJSON_Version(), __VERSION__);
+    const char *tls = lum_tls_library();
+    printf("lumend %s (protocol 1)\n%s\n%s\n%s\n%s%s\ncJSON %s\ncompiler %s\n", LUMEND_VERSION, lum_accel_library(),
+           lum_exr_library(), lum_net_library(), tls ? "OpenSSL " : "without TLS", tls ? tls : "", cJSON_Version(),
+           __VERSION__);
     return LUM_EXIT_OK;
 }
 
@@ -84,6 +88,7 @@ struct signal_watch {
     const struct lum_service *service;
     const char *tokens; /* the file, which SIGHUP has read again; NULL: none */
     struct lum_auth *auth;
+    struct lum_tls *tls; /* its files, too; NULL: none */
     struct lum_log log;
 };
 
@@ -101,6 +106,17 @@ static void read_tokens_again(const struct signal_watch *w)
     lum_net_wake(w->net);
 }
 
+static void read_certificate_again(const struct signal_watch *w)
+{
+    struct lum_error err;
+    if (lum_tls_read_again(w->tls, &err)) {
+        lum_log(&w->log, LUM_LOG_ERROR, "main", "SIGHUP: %s; the certificate stays the one that it was", err.text);
+        return;
+    }
+    lum_log(&w->log, LUM_LOG_INFO, "main", "SIGHUP: new connections have the certificate that was read");
+    lum_net_wake(w->net);
+}
+
 /* SIGUSR1 comes from signals_finish: the daemon ended by itself. */
 static void *watch_signals(void *arg)
 {
@@ -108,7 +124,10 @@ static void *watch_signals(void *arg)
     int signal_number = 0, n_stops = 0;
     while (sigwait(&w->signals, &signal_number) == 0 && signal_number != SIGUSR1) {
         if (signal_number == SIGHUP) {
-            read_tokens_again(w);
+            if (w->tokens)
+                read_tokens_again(w);
+            if (w->tls)
+                read_certificate_again(w);
             continue;
         }
         if (n_stops++ > 0)
@@ -119,12 +138,12 @@ static void *watch_signals(void *arg)
     return NULL;
 }
 
-/* Before any thread is started: they inherit the mask. Without a file of tokens SIGHUP ends the daemon, as it does
+/* Before any thread is started: they inherit the mask. Without a file to read again SIGHUP ends the daemon, as it does
  * where a terminal is closed. */
-static void signals_block(struct signal_watch *w)
+static void signals_block(struct signal_watch *w, bool rereads)
 {
     sigemptyset(&w->signals);
-    if (w->tokens)
+    if (rereads)
         sigaddset(&w->signals, SIGHUP);
     sigaddset(&w->signals, SIGTERM);
     sigaddset(&w->signals, SIGINT);
@@ -167,21 +186,36 @@ static enum lum_status make_auth(const struct lum_serve_options *o, struct lum_a
 }
 
 /* The one line on stdout. A server on all addresses is opened by a local one. */
-static void print_ready(const struct lum_serve_options *o, uint16_t port, const struct lum_auth *auth)
+static void print_ready(const struct lum_serve_options *o, uint16_t port, const struct lum_auth *auth,
+                        const struct lum_tls *tls)
 {
-    const char *host = lum_address_local(&o->listen);
-    printf("lumend ready http://%s%s%s:%u/%s%s\n", o->listen.ipv6 ? "[" : "", host, o->listen.ipv6 ? "]" : "", port,
+    char name[256];
+    const char *local = lum_address_local(&o->listen);
+    const char *host = tls ? lum_tls_name(tls, local, o->listen.loopback, name, sizeof name) : local;
+    bool v6 = strchr(host, ':') != NULL;
+    printf("lumend ready %s://%s%s%s:%u/%s%s\n", tls ? "https" : "http", v6 ? "[" : "", host, v6 ? "]" : "", port,
            auth->token[0] ? "#t=" : "", auth->token);
     fflush(stdout);
 }
 
-static enum lum_status make_net(const struct lum_serve_options *o, struct lum_auth *auth, struct lum_log log,
-                                const struct lum_service *service, struct lum_net **ret_net, struct lum_error *err)
+/* *ret_tls stays NULL where none is spoken. */
+static enum lum_status make_tls(const struct lum_serve_options *o, struct lum_log log, struct lum_tls **ret_tls,
+                                struct lum_error *err)
+{
+    const struct lum_tls_config config = {
+        .cert_path = o->tls_cert, .key_path = o->tls_key, .hosts = o->allow_host, .log = log};
+    return o->tls_cert ? lum_tls_create(&config, ret_tls, err) : LUM_OK;
+}
+
+static enum lum_status make_net(const struct lum_serve_options *o, struct lum_auth *auth, struct lum_tls *tls,
+                                struct lum_log log, const struct lum_service *service, struct lum_net **ret_net,
+                                struct lum_error *err)
 {
     const struct lum_net_config config = {
         .address = o->listen,
-        .access = {.loopback = o->listen.loopback, .hosts = o->allow_host, .origins = o->allow_origin},
+        .access = {.loopback = o->listen.loopback, .tls = tls, .hosts = o->allow_host, .origins = o->allow_origin},
         .auth = auth,
+        .tls = tls,
         .service = service,
         .log = log,
     };
@@ -331,8 +365,12 @@ static enum lum_status serve_projects(const struct lum_serve_options *o, struct 
     enum lum_status status = lum_sessions_create(&config, &sessions, err);
     if (!status) {
         lum_serve_options_warn(&log);
-        print_ready(o, lum_net_port(net), auth);
+        print_ready(o, lum_net_port(net), auth, lum_net_tls(net));
         lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->listen.host, lum_net_port(net));
+        if (!o->listen.loopback && !lum_net_tls(net))
+            lum_log(&log, LUM_LOG_WARNING, "main",
+                    "clear text beyond this machine: without a proxy that speaks TLS, or --tls-cert, token, scene and "
+                    "pictures can be read on the way");
         lum_service_tell(service, "READY=1");
         lum_net_run(net, sessions, projects);
         lum_log(&log, LUM_LOG_INFO, "main", "stopped");
@@ -420,12 +458,14 @@ static enum lum_status serve(const struct lum_serve_options *o, struct lum_log l
     struct lum_net *net = NULL;
     struct lum_service service;
     struct signal_watch watch = {.tokens = o->tokens, .auth = &auth, .log = log};
-    signals_block(&watch);
+    signals_block(&watch, o->tokens || o->tls_cert);
     enum lum_status status = lum_service_open(&service, err);
     if (!status)
         status = make_auth(o, &auth, err);
     if (!status)
-        status = make_net(o, &auth, log, &service, &net, err);
+        status = make_tls(o, log, &watch.tls, err);
+    if (!status)
+        status = make_net(o, &auth, watch.tls, log, &service, &net, err);
     if (!status && !signals_begin(&watch, net, &service))
         status = lum_fail(err, LUM_ERR_INTERNAL, "", "cannot start a thread");
     else if (!status) {
@@ -433,6 +473,7 @@ static enum lum_status serve(const struct lum_serve_options *o, struct lum_log l
         signals_finish(&watch);
     }
     lum_net_destroy(net);
+    lum_tls_destroy(watch.tls);
     lum_service_close(&service);
     lum_auth_finish(&auth);
     return status;
@@ -458,7 +499,7 @@ static int cmd_serve(int argc, char **argv)
         return LUM_EXIT_OK;
     }
     if (options.healthcheck)
-        return lum_healthcheck(&options.listen, &err) ? fail(LUM_EXIT_FAILED, &err) : LUM_EXIT_OK;
+        return lum_healthcheck(&options.listen, options.tls_cert, &err) ? fail(LUM_EXIT_FAILED, &err) : LUM_EXIT_OK;
     lum_stderr_log_init(&stderr_log, STDERR_FILENO, options.log);
     enum lum_status status = serve(&options, lum_stderr_log_sink(&stderr_log), &err);
     lum_stderr_log_finish(&stderr_log);

@@ -79,6 +79,11 @@ static const struct lum_option_row rows[LUM_SERVE_COUNT] = {
                 "`lumend token` makes (see there what roles may do); chmod 600. SIGHUP reads it again, and\n"
                 "ends the sessions of who is gone or changed. Without --token-file nobody else may connect"},
     [LUM_SERVE_NO_AUTH] = {"no-auth", SWITCH(no_auth), .help = "no token at all; only for a loopback address"},
+    [LUM_SERVE_TLS_CERT] = {"tls-cert", "FILE", TEXT(tls_cert),
+        .help = "speaks https and wss, and nothing else, with the certificate in FILE (PEM: it first, then those up\n"
+                "to its root). SIGHUP reads it and its key again, for new connections"},
+    [LUM_SERVE_TLS_KEY] = {"tls-key", "FILE", TEXT(tls_key),
+        .help = "its key (PEM, without a passphrase); chmod 600, or 640 where FILE is root's"},
     [LUM_SERVE_ALLOW_HOST] = {"allow-host", "NAME,...", .fallback = "", TEXT(allow_host),
         .help = "names by which browsers may reach this server, beside localhost and addresses"},
     [LUM_SERVE_ALLOW_ORIGIN] = {"allow-origin", "URL,...", .fallback = "", TEXT(allow_origin),
@@ -181,6 +186,15 @@ static enum lum_status check_auth(const struct lum_serve_options *o, struct lum_
     return LUM_OK;
 }
 
+static enum lum_status check_tls(const struct lum_serve_options *o, struct lum_error *err)
+{
+    if (!o->tls_cert == !o->tls_key)
+        return LUM_OK;
+    enum lum_serve_option has = o->tls_cert ? LUM_SERVE_TLS_CERT : LUM_SERVE_TLS_KEY;
+    return lum_fail(err, LUM_ERR_INVALID, rows[has].name, "%s goes with --%s, which is missing", o->given[has],
+                    rows[o->tls_cert ? LUM_SERVE_TLS_KEY : LUM_SERVE_TLS_CERT].name);
+}
+
 /* Linux gives datagrams of a group only to sockets that are bound to all addresses, or to the group's. */
 static enum lum_status check_desk(const struct lum_serve_options *o, struct lum_error *err)
 {
@@ -212,6 +226,8 @@ enum lum_status lum_serve_options_parse(int argc, char **argv, struct lum_serve_
             status = lum_option_read(&rows[i], o.given[i], o.value[i], &o, err);
     if (!status)
         status = check_auth(&o, err);
+    if (!status)
+        status = check_tls(&o, err);
     if (!status)
         status = check_desk(&o, err);
     if (!status)

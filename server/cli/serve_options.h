@@ -19,6 +19,8 @@ enum lum_serve_option {
     LUM_SERVE_TOKEN_FILE,
     LUM_SERVE_TOKENS,
     LUM_SERVE_NO_AUTH,
+    LUM_SERVE_TLS_CERT,
+    LUM_SERVE_TLS_KEY,
     LUM_SERVE_ALLOW_HOST,
     LUM_SERVE_ALLOW_ORIGIN,
     LUM_SERVE_SACN,
@@ -48,7 +50,7 @@ enum lum_serve_option {
 struct lum_serve_options {
     /* Strings belong to argv and the environment. NULL: not given and no default. */
     const char *scene, *token_file, *tokens, *allow_host, *allow_origin, *assets, *state, *projects, *importer, *method,
-        *isa, *sacn_join;
+        *isa, *sacn_join, *tls_cert, *tls_key;
     enum lum_durability durability;
     struct lum_address listen;
     struct lum_address desk[LUM_DESK_PROTOCOL_COUNT]; /* host "": not given */

@@ -49,12 +49,23 @@ bool lum_access_host(const struct lum_access *access, const char *host)
     return inet_pton(AF_INET, name, &a4) == 1 && (!access->loopback || (ntohl(a4.s_addr) >> 24) == 127);
 }
 
+bool lum_access_owns_name(const char *host)
+{
+    char name[256];
+    bool v6;
+    struct in_addr a4;
+    const char *colon = strrchr(host, ':');
+    if (!host_name(host, name, sizeof name, &v6) || v6 || inet_pton(AF_INET, name, &a4) == 1)
+        return false;
+    return strcasecmp(name, "localhost") != 0 && (!colon || strcmp(colon, ":443") == 0);
+}
+
 bool lum_access_origin(const struct lum_access *access, const char *origin, const char *host)
 {
     if (!origin || in_list(access->origins, origin))
         return true;
-    static const char *const schemes[] = {"http://", "https://"}; /* https: a proxy in front of us ends TLS */
-    for (size_t i = 0; i < sizeof schemes / sizeof schemes[0]; i++) {
+    static const char *const schemes[] = {"http://", "https://"}; /* https: we, or a proxy in front of us, end TLS */
+    for (size_t i = access->tls; i < sizeof schemes / sizeof schemes[0]; i++) {
         size_t n = strlen(schemes[i]);
         if (strncasecmp(origin, schemes[i], n) == 0 && strcasecmp(origin + n, host) == 0)
             return true;

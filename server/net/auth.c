@@ -46,7 +46,7 @@ enum lum_status lum_auth_from_file(const char *path, struct lum_auth *ret_auth, 
 {
     char line[LUM_TOKEN_MAX_BYTES + 3];
     size_t n;
-    enum lum_status status = lum_secret_file_read("token-file", path, line, sizeof line, &n, err);
+    enum lum_status status = lum_secret_file_read(LUM_FILE_OF_OWNER, "token-file", path, line, sizeof line, &n, err);
     if (status)
         return status;
     line[strcspn(line, "\n")] = '\0';

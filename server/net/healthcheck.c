@@ -3,10 +3,13 @@
 
 #include <arpa/inet.h>
 #include <errno.h>
+#include <signal.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <sys/time.h>
 #include <unistd.h>
+
+#include "server/net/tls.h"
 
 static int connect_to(const struct lum_address *a)
 {
@@ -29,10 +32,11 @@ static int connect_to(const struct lum_address *a)
     return -1;
 }
 
+static const char request[] = "GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
+
 /* Reads at least the status line. */
 static size_t exchange(int fd, char *answer, size_t size)
 {
-    static const char request[] = "GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
     size_t n = 0;
     ssize_t got = send(fd, request, sizeof request - 1, MSG_NOSIGNAL);
     if (got != (ssize_t)(sizeof request - 1))
@@ -43,14 +47,16 @@ static size_t exchange(int fd, char *answer, size_t size)
     return n;
 }
 
-enum lum_status lum_healthcheck(const struct lum_address *address, struct lum_error *err)
+enum lum_status lum_healthcheck(const struct lum_address *address, bool tls, struct lum_error *err)
 {
     char answer[512] = "";
+    signal(SIGPIPE, SIG_IGN); /* of a server that hangs up: an error code, not a signal */
     int fd = connect_to(address);
     if (fd < 0)
         return lum_fail(err, LUM_ERR_IO, "listen", "no server at %s port %u: %s", address->host, address->port,
                         strerror(errno));
-    size_t n = exchange(fd, answer, sizeof answer);
+    size_t n =
+        tls ? lum_tls_ask(fd, request, sizeof request - 1, answer, sizeof answer) : exchange(fd, answer, sizeof answer);
     close(fd);
     if (n >= 12 && strncmp(answer, "HTTP/1.1 200", 12) == 0)
         return LUM_OK;

@@ -6,6 +6,6 @@
 #include "server/net/address.h"
 
 /* LUM_OK when the server that listens at this address answers 200. Gives up after 5 s. */
-LUM_MUST_USE enum lum_status lum_healthcheck(const struct lum_address *address, struct lum_error *err);
+LUM_MUST_USE enum lum_status lum_healthcheck(const struct lum_address *address, bool tls, struct lum_error *err);
 
 #endif

@@ -44,6 +44,10 @@ struct lum_upload *lum_http_put(const struct lum_http_site *site, const char *pa
 /* True when the If-None-Match header (may be NULL) names this version: 304, no body. */
 bool lum_http_matches(const struct lum_http_response *response, const char *if_none_match);
 
+/* Of strict-transport-security: a year, and no other name. A browser that was here once takes this name by TLS alone
+ * from then on, on all its ports: see lum_access_owns_name. */
+#define LUM_HTTP_TLS_FOR "max-age=31536000"
+
 /* Headers that every response carries: {name, value} pairs, ended by NULL. Names are lower case with a colon. */
 extern const char *const lum_http_headers[][2];
 

@@ -11,6 +11,8 @@
  *   connection the header block may be gone and `in` dangling (read after free in 4.1.6 before any authentication), and
  *   "h2c" would be accepted on a clear-text port.
  * - Host and Origin are checked for pages and upgrades alike.
+ * - By TLS each read takes a whole record. Where a rest of one stays with OpenSSL while a WebSocket is not read from
+ *   (lws_rx_flow_control), 4.1.6 turns for ever, and adds what it holds back to its heap each time.
  * - There is no limit on message size, connections per address, bytes or messages per second in the library: they are
  *   here, in peers.c, in session.c and in uploads.c. */
 #define _GNU_SOURCE
@@ -28,14 +30,18 @@
 #include "server/base/service.h"
 #include "server/net/net_internal.h"
 #include "server/net/projects.h"
+#include "server/net/tls.h"
 
 #define PROTOCOL "lumend.v1"
 #define RX_BYTES (16u << 10)              /* read at once: most messages whole; each connection has such a buffer */
+#define TLS_RECORD_BYTES (16u << 10)      /* at most: RFC 8446, 5.1 */
 #define UNSENT_BYTES (128 << 10)          /* TCP_NOTSENT_LOWAT: frames wait here, and not in the kernel */
 #define READ_LATER_US 20000               /* at least so long, so that a flood does not mean a timer for every read */
 #define TURN_NS 1000000000ll              /* of projects: what waits for one waits seconds anyway */
 #define HEADER_POOL LUM_LIMIT_CONNECTIONS /* all may be in their HTTP phase at once: none waits for another */
 #define CLOSE_GRACE_S 5                   /* a peer that does not take the close frame is cut off */
+
+_Static_assert(RX_BYTES >= TLS_RECORD_BYTES, "a record may stay unread in part");
 
 static const lws_retry_bo_t idle_policy = {
     .secs_since_valid_ping = LUM_LIMIT_PING_S,
@@ -253,6 +259,10 @@ static int ws_timer(struct conn *c)
 static void look_around(struct lum_net *net)
 {
     atomic_store(&net->woken, false); /* before looking: pairs with lum_net_wake */
+    if (net->config.tls) {
+        lum_tls_take_offered(net->config.tls);
+        net->counters.certificate_ends_s = lum_tls_ends_s(net->config.tls);
+    }
     if (!net->sessions)
         return;
     if (atomic_load(&net->stop) && !net->site.draining) {
@@ -279,7 +289,9 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
 {
     struct lum_net *net = lws_context_user(lws_get_context(wsi));
     struct conn *c = user;
-    switch ((int)reason) { /* int: only these reasons concern us */
+    switch ((int)reason) {                                    /* int: only these reasons concern us */
+    case LWS_CALLBACK_OPENSSL_LOAD_EXTRA_SERVER_VERIFY_CERTS: /* once, of the listening socket: no connection yet */
+        return lum_tls_setup(net->config.tls, user) ? 0 : -1;
     case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
         return filter_connection(net, (int)(intptr_t)in);
     case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED:
@@ -347,13 +359,15 @@ static void fill_info(struct lum_net *net, struct lws_context_creation_info *inf
     info->server_string = "lumend";
     info->max_http_header_data = LUM_LIMIT_HTTP_HEADER_BYTES;
     info->max_http_header_pool = HEADER_POOL;
+    info->pt_serv_buf_size = config->tls ? 2 * TLS_RECORD_BYTES : 0; /* 0: 4 KiB */
     info->fd_limit_per_thread = LUM_LIMIT_CONNECTIONS + 16; /* the listening socket, the event descriptor, spare */
     info->timeout_secs = 10;
     info->timeout_secs_ah_idle = 10;
     info->keepalive_timeout = 5;
     info->retry_and_idle_policy = &idle_policy;
     info->options = LWS_SERVER_OPTION_VALIDATE_UTF8 | LWS_SERVER_OPTION_FAIL_UPON_UNABLE_TO_BIND |
-                    (config->address.ipv6 ? 0 : LWS_SERVER_OPTION_DISABLE_IPV6) | LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
+                    (config->address.ipv6 ? 0 : LWS_SERVER_OPTION_DISABLE_IPV6) | LWS_SERVER_OPTION_EXPLICIT_VHOSTS |
+                    (config->tls ? LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT | LWS_SERVER_OPTION_CREATE_VHOST_SSL_CTX : 0);
 }
 
 enum lum_status lum_net_create(const struct lum_net_config *config, struct lum_net **ret_net, struct lum_error *err)
@@ -402,6 +416,11 @@ void lum_net_destroy(struct lum_net *net)
 uint16_t lum_net_port(const struct lum_net *net)
 {
     return (uint16_t)lws_get_vhost_listen_port(net->vhost);
+}
+
+const struct lum_tls *lum_net_tls(const struct lum_net *net)
+{
+    return net->config.tls;
 }
 
 struct lum_net_counters *lum_net_counters(struct lum_net *net)

@@ -13,6 +13,7 @@
 
 struct lum_net;
 struct lum_service;
+struct lum_tls;
 
 struct lum_net_config {
     struct lum_address address;
@@ -20,6 +21,7 @@ struct lum_net_config {
     struct lum_auth *auth; /* outlives the net, whose thread takes what lum_auth_offer gave */
     /* Where there are projects: told that this thread and all directors turn. Outlives the net. */
     const struct lum_service *service;
+    struct lum_tls *tls; /* NULL: none is spoken. Outlives the net, whose thread it belongs to from here on */
     struct lum_log log;
 };
 
@@ -28,6 +30,7 @@ LUM_MUST_USE enum lum_status lum_net_create(const struct lum_net_config *config,
                                             struct lum_error *err);
 void lum_net_destroy(struct lum_net *net); /* accepts NULL */
 uint16_t lum_net_port(const struct lum_net *net);
+const struct lum_tls *lum_net_tls(const struct lum_net *net);   /* NULL: none is spoken */
 struct lum_net_counters *lum_net_counters(struct lum_net *net); /* net thread */
 
 /* While the scene is loaded: answers that it is, opens no session, and returns true once lum_net_wake was called and

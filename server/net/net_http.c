@@ -17,12 +17,15 @@ static bool copy_header(struct lws *wsi, enum lws_token_indexes token, char *out
     return n > 0 && (size_t)n < size && lws_hdr_copy(wsi, out, (int)size, token) > 0;
 }
 
-static bool access_ok(const struct lum_net *net, struct lws *wsi)
+/* c: NULL for an upgrade. */
+static bool access_ok(const struct lum_net *net, struct lws *wsi, struct conn *c)
 {
     char host[300], origin[300];
     bool has_origin = lws_hdr_total_length(wsi, WSI_TOKEN_ORIGIN) > 0;
     if (!copy_header(wsi, WSI_TOKEN_HOST, host, sizeof host) || !lum_access_host(&net->config.access, host))
         return false;
+    if (c)
+        c->tls_for_good = net->config.tls && lum_access_owns_name(host);
     if (!has_origin)
         return true;
     return copy_header(wsi, WSI_TOKEN_ORIGIN, origin, sizeof origin) &&
@@ -35,7 +38,7 @@ int lum_net_confirm_upgrade(const struct lum_net *net, struct lws *wsi)
     char upgrade[16];
     if (!copy_header(wsi, WSI_TOKEN_UPGRADE, upgrade, sizeof upgrade) || strcasecmp(upgrade, "websocket") != 0)
         return -1;
-    bool open = net->sessions && !atomic_load(&net->stop), ok = access_ok(net, wsi);
+    bool open = net->sessions && !atomic_load(&net->stop), ok = access_ok(net, wsi, NULL);
     if (ok && open)
         return 0;
     lws_return_http_status(wsi, ok ? HTTP_STATUS_SERVICE_UNAVAILABLE : HTTP_STATUS_FORBIDDEN, NULL);
@@ -91,7 +94,8 @@ static bool fill_response(struct lum_net *net, struct conn *c, const char *path,
     char name[256];
     c->head_only = lws_hdr_total_length(c->wsi, WSI_TOKEN_HEAD_URI) > 0;
     net->counters.http_requests++;
-    if (!access_ok(net, c->wsi)) {
+    c->tls_for_good = false;
+    if (!access_ok(net, c->wsi, c)) {
         lum_http_error(403, &c->response);
     } else if (n_path >= sizeof name) {
         lum_http_error(404, &c->response);
@@ -124,7 +128,8 @@ static int send_head(struct lum_net *net, struct conn *c)
         add_header(wsi, "content-type:", r->type, &p, end) || add_header(wsi, "cache-control:", r->cache, &p, end) ||
         (r->etag[0] && add_header(wsi, "etag:", r->etag, &p, end)) ||
         (r->status == HTTP_STATUS_UNAUTHORIZED && add_header(wsi, "www-authenticate:", "Bearer", &p, end)) ||
-        (closing && add_header(wsi, "connection:", "close", &p, end)))
+        (closing && add_header(wsi, "connection:", "close", &p, end)) ||
+        (c->tls_for_good && add_header(wsi, "strict-transport-security:", LUM_HTTP_TLS_FOR, &p, end)))
         return -1;
     for (size_t i = 0; lum_http_headers[i][0]; i++)
         if (add_header(wsi, lum_http_headers[i][0], lum_http_headers[i][1], &p, end))

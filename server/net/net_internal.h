@@ -20,6 +20,7 @@ struct conn {
     struct lum_http_response response;
     size_t response_sent;
     bool head_only;
+    bool tls_for_good;         /* the response says that this name is reached by TLS alone */
     struct lum_upload *upload; /* NULL: none comes by this connection */
     /* WebSocket */
     struct lum_session *session; /* NULL: not a WebSocket */

@@ -154,7 +154,7 @@ enum lum_status lum_people_read(const char *path, struct lum_people **ret_people
     char *text = lum_calloc(1, FILE_BYTES_MAX + 2);
     if (!text)
         return lum_fail(err, LUM_ERR_NOMEM, "tokens", "no memory to read %s", path);
-    enum lum_status status = lum_secret_file_read("tokens", path, text, FILE_BYTES_MAX + 2, &n, err);
+    enum lum_status status = lum_secret_file_read(LUM_FILE_OF_OWNER, "tokens", path, text, FILE_BYTES_MAX + 2, &n, err);
     if (!status && n > FILE_BYTES_MAX)
         status = lum_fail(err, LUM_ERR_LIMIT, "tokens", "%s has more than %u bytes", path, FILE_BYTES_MAX);
     if (!status && strlen(text) != n)

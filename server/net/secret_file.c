@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdbool.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -12,13 +13,21 @@ static enum lum_status fail(const char *option, const char *path, struct lum_err
     return lum_fail(err, LUM_ERR_IO, option, "cannot read the file of --%s, %s: %s", option, path, strerror(errno));
 }
 
-static enum lum_status read_all(int fd, const char *option, const char *path, char *out, size_t size, size_t *ret_n,
-                                struct lum_error *err)
+static bool is_open_to_others(const struct stat *st, enum lum_file_readers readers)
+{
+    mode_t closed = S_IRWXG | S_IRWXO;
+    if (readers == LUM_FILE_OF_OWNER_OR_ROOTS_GROUP && st->st_uid == 0)
+        closed &= ~(mode_t)S_IRGRP;
+    return readers != LUM_FILE_OF_ALL && (st->st_mode & closed);
+}
+
+static enum lum_status read_all(int fd, enum lum_file_readers readers, const char *option, const char *path, char *out,
+                                size_t size, size_t *ret_n, struct lum_error *err)
 {
     struct stat st;
     if (fstat(fd, &st))
         return fail(option, path, err);
-    if (st.st_mode & (S_IRWXG | S_IRWXO))
+    if (is_open_to_others(&st, readers))
         return lum_fail(err, LUM_ERR_INVALID, option,
                         "%s: its mode is %03o, so others than its owner may use it: chmod 600 %s", path,
                         (unsigned)st.st_mode & 0777u, path);
@@ -34,13 +43,13 @@ static enum lum_status read_all(int fd, const char *option, const char *path, ch
     return LUM_OK;
 }
 
-enum lum_status lum_secret_file_read(const char *option, const char *path, char *out, size_t size, size_t *ret_n,
-                                     struct lum_error *err)
+enum lum_status lum_secret_file_read(enum lum_file_readers readers, const char *option, const char *path, char *out,
+                                     size_t size, size_t *ret_n, struct lum_error *err)
 {
     int fd = open(path, O_RDONLY | O_CLOEXEC);
     if (fd < 0)
         return fail(option, path, err);
-    enum lum_status status = read_all(fd, option, path, out, size, ret_n, err);
+    enum lum_status status = read_all(fd, readers, option, path, out, size, ret_n, err);
     close(fd);
     return status;
 }

@@ -7,7 +7,7 @@ import time
 import unittest
 
 from daemon import Daemon
-from wsclient import HandshakeFailed, RpcError, TEXT, Closed, WebSocket, connect_tcp, frame
+from wsclient import BROKEN, HandshakeFailed, RpcError, TEXT, Closed, frame
 
 PER_ADDRESS = 64   # LUM_LIMIT_CONNECTIONS_PER_IP
 SESSIONS = 64      # LUM_LIMIT_SESSIONS
@@ -24,7 +24,7 @@ def read_to_end(sock):
     try:
         while chunk := sock.recv(1 << 16):
             data += chunk
-    except ConnectionError:
+    except BROKEN:
         pass
     return data
 
@@ -51,10 +51,10 @@ class Abuse(unittest.TestCase):
         for start in (b"", b"G", b"GET / HTTP/1.1\r\n", b"GET / HTTP/1.1\r\nHost: localhost\r\nX: ",
                       b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", b"CONNECT / HTTP/1.1\r\nHost: localhost\r\n\r\n",
                       b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000000000\r\n\r\nabc"):
-            sock = connect_tcp(self.daemon.port)
+            sock = self.daemon.tcp()
             sock.sendall(start)
             socks.append(sock)
-        dribble = connect_tcp(self.daemon.port)
+        dribble = self.daemon.tcp()
         dribble.settimeout(0.5)
         cut = False
         for byte in b"GET / HTTP/1.1\r\nHost: localhost\r\nX-Slow: " + b"a" * 200:  # the time-out is the pace
@@ -63,7 +63,7 @@ class Abuse(unittest.TestCase):
                 cut = dribble.recv(1) == b""
             except TimeoutError:
                 continue
-            except ConnectionError:
+            except BROKEN:
                 cut = True
             if cut:
                 break
@@ -83,20 +83,20 @@ class Abuse(unittest.TestCase):
                 break
 
     def test_huge_header(self):
-        sock = connect_tcp(self.daemon.port)
+        sock = self.daemon.tcp()
         try:
             sock.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\nX: " + b"a" * 65536 + b"\r\n\r\n")
-        except ConnectionError:
+        except BROKEN:
             pass
         self.assertNotIn(b" 200 ", read_to_end(sock)[:20])
 
     def test_garbage_instead_of_http(self):
         rng = random.Random(SEED)
         for _ in range(60):
-            sock = connect_tcp(self.daemon.port)
+            sock = self.daemon.tcp()
             try:
                 sock.sendall(rng.randbytes(rng.randrange(1, 3000)) + b"\r\n\r\n")
-            except ConnectionError:
+            except BROKEN:
                 pass
             reset(sock)
 
@@ -106,7 +106,7 @@ class Abuse(unittest.TestCase):
             request = (b"GET / HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade, HTTP2-Settings\r\n"
                        b"HTTP2-Settings: AAMAAABkAAQAAP__\r\nUpgrade: " + upgrade + b"\r\n\r\n")
             for before in (b"", page, page + page):  # also as a later request of a kept-alive connection
-                sock = connect_tcp(self.daemon.port)
+                sock = self.daemon.tcp()
                 sock.sendall(before)
                 for _ in range(before.count(b"\r\n\r\n")):
                     answer = b""
@@ -122,17 +122,17 @@ class Abuse(unittest.TestCase):
     def test_too_many_connections_of_one_address(self):
         """Who has said hello is not turned out; of the others the oldest makes room."""
         sessions = [self.daemon.connect() for _ in range(PER_ADDRESS - 2)]  # with self.good one is left
-        first = connect_tcp(self.daemon.port)
-        second = connect_tcp(self.daemon.port)
+        first = self.daemon.tcp()
+        second = self.daemon.tcp()
         self.assertEqual(read_to_end(first), b"")  # within the limit it would wait for a request, and be told so
         sessions.append(self.daemon.connect())
         self.assertEqual(read_to_end(second), b"")
-        self.assertEqual(read_to_end(connect_tcp(self.daemon.port)), b"")
+        self.assertEqual(read_to_end(self.daemon.tcp()), b"")
         with self.assertRaises(HandshakeFailed):
-            WebSocket(self.daemon.port)
+            self.daemon.connect(hello=False)
         for ws in (self.good, *sessions):
             ws.call("stats.get")
-        other = WebSocket(self.daemon.port, source="127.0.0.2")  # another address is not shut out
+        other = self.daemon.connect(hello=False, source="127.0.0.2")  # another address is not shut out
         other.send_request("session.hello", {"token": self.daemon.token})
         self.assertEqual(other.wait_close(), 1013)  # it had all its say: the sessions are 64 in all
         for ws in sessions:
@@ -144,15 +144,15 @@ class Abuse(unittest.TestCase):
         socks = []
         for sources in (["127.0.0.1"], [f"127.0.0.{2 + i}" for i in range(7)]):
             for i in range(CONNECTIONS + PER_ADDRESS):
-                sock = connect_tcp(self.daemon.port, source=sources[i % len(sources)])
+                sock = self.daemon.tcp(source=sources[i % len(sources)])
                 sock.sendall(starts[i % len(starts)])
                 socks.append(sock)
             for source in (sources[0], "127.0.0.99"):
-                ws = WebSocket(self.daemon.port, source=source)
+                ws = self.daemon.connect(hello=False, source=source)
                 ws.hello(self.daemon.token)
                 for sock in socks[-20:]:  # half of a header more, and more of them
                     sock.sendall(b"a")
-                    socks.append(connect_tcp(self.daemon.port, source=sources[-1]))
+                    socks.append(self.daemon.tcp(source=sources[-1]))
                 ws.call("scene.get")
                 ws.close()
             self.assertEqual(self.daemon.get("/")[0], 200)
@@ -165,15 +165,15 @@ class Abuse(unittest.TestCase):
         sources = ["127.0.0.3", "127.0.0.4"]
         sessions = []
         for i in range(SESSIONS - 1):
-            ws = WebSocket(self.daemon.port, source=sources[i % 2])
+            ws = self.daemon.connect(hello=False, source=sources[i % 2])
             ws.hello(self.daemon.token)
             sessions.append(ws)
-        over = WebSocket(self.daemon.port, source="127.0.0.5")
+        over = self.daemon.connect(hello=False, source="127.0.0.5")
         over.send_request("session.hello", {"token": self.daemon.token})
         self.assertEqual(over.wait_close(), 1013)
         sessions.pop().close()
         while True:  # the server learns of the close in its own time
-            ws = WebSocket(self.daemon.port, source="127.0.0.5")
+            ws = self.daemon.connect(hello=False, source="127.0.0.5")
             try:
                 ws.send_request("session.hello", {"token": self.daemon.token})
                 ws.pump()
@@ -184,8 +184,8 @@ class Abuse(unittest.TestCase):
 
     def test_silent_guests_do_not_take_the_seats(self):
         """Connections that have not said hello do not count as sessions."""
-        guests = [WebSocket(self.daemon.port, source=f"127.0.0.{3 + i % 3}") for i in range(SESSIONS + 10)]
-        ws = WebSocket(self.daemon.port, source="127.0.0.9")
+        guests = [self.daemon.connect(hello=False, source=f"127.0.0.{3 + i % 3}") for i in range(SESSIONS + 10)]
+        ws = self.daemon.connect(hello=False, source="127.0.0.9")
         self.assertIn("session", ws.hello(self.daemon.token))
         for guest in guests:
             reset(guest.sock)
@@ -242,7 +242,7 @@ class Abuse(unittest.TestCase):
         flooder = self.daemon.connect(rcvbuf=4096)
         control = b"\\u0001" * 64  # six bytes for one in the message and in its refusal, which has it three times
         flood = frame(TEXT, b'{"jsonrpc":"2.0","id":"%b","method":"x","%b":1}' % (control, control)) * 64
-        with self.assertRaises(ConnectionError):
+        with self.assertRaises(BROKEN):
             for _ in range(4 * QUEUE_BYTES // len(flood)):
                 flooder.sock.sendall(flood)
 

@@ -1,5 +1,6 @@
 """Starts lumend for a test, waits for its ready line, and checks that it ended well."""
 import hashlib
+import atexit
 import http.client
 import os
 import re
@@ -8,10 +9,25 @@ import subprocess
 import tempfile
 import threading
 
-from wsclient import WAIT_S, WebSocket
+from authority import Authority
+from wsclient import WAIT_S, WebSocket, connect_tcp
 
 LUMEND = os.environ.get("LUMEND", "lumend")
 SKY = os.path.join(os.path.dirname(os.path.abspath(__file__)), "sky.jsonl")  # for --scene, where pictures only have to come
+
+
+class Tls:
+    """For tests that run by clear text and, with LUMEND_TEST_TLS, by TLS."""
+
+    def __init__(self):
+        self.folder = tempfile.TemporaryDirectory()
+        atexit.register(self.folder.cleanup)
+        authority = Authority(self.folder.name)
+        self.trust = authority.trust()
+        self.options = ["--tls-{}={}".format(*pair) for pair in zip(("cert", "key"), authority.issue("daemon"))]
+
+
+TLS = Tls() if os.environ.get("LUMEND_TEST_TLS") else None
 
 
 def write_people(path, people):
@@ -24,17 +40,18 @@ def write_people(path, people):
 
 
 class Daemon:
-    """With `with`: at the end SIGTERM, and the exit status must be 0."""
+    """With `with`: at the end SIGTERM, and the exit status must be 0. trust: how to reach it by TLS; None: by clear text."""
 
-    def __init__(self, *options, wrapper=(), listen="127.0.0.1:0", threads=1, environment=None,
+    def __init__(self, *options, wrapper=(), listen="127.0.0.1:0", threads=1, environment=None, trust=TLS and TLS.trust,
                  scene=os.environ.get("LUMEND_TEST_SCENE", "cornell")):
         command = [*wrapper, LUMEND, "serve", "--listen", listen, "--threads", str(threads),
-                   *(["--scene", scene] if scene else []), *options]
+                   *(["--scene", scene] if scene else []), *(TLS.options if TLS else ()), *options]
+        self.trust = trust
         self.log = tempfile.TemporaryFile()
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.log,
                                         env={**os.environ, **(environment or {})})
         self.ready_line = self._read_line()
-        match = re.fullmatch(r"lumend ready http://(\[[0-9a-f:]+\]|[0-9.]+):(\d+)/(?:#t=(\S+))?\n", self.ready_line)
+        match = re.fullmatch(r"lumend ready https?://(\[[0-9a-f:]+\]|[a-z0-9.-]+):(\d+)/(?:#t=(\S+))?\n", self.ready_line)
         if not match:
             self.process.kill()
             self.process.wait()
@@ -49,8 +66,8 @@ class Daemon:
         return line
 
     def read_log(self):
-        self.log.seek(0)
-        return self.log.read().decode(errors="replace")
+        log = self.log.fileno()
+        return os.pread(log, os.fstat(log).st_size, 0).decode(errors="replace")  # the daemon writes where this file is at
 
     def __enter__(self):
         return self
@@ -79,14 +96,23 @@ class Daemon:
         return status
 
     def connect(self, hello=True, **options):
-        ws = WebSocket(self.port, **options)
+        ws = WebSocket(self.port, trust=self.trust, **options)
         if hello:
             ws.hello(self.token)
         return ws
 
+    def tcp(self, **options):
+        """A connection by which nothing was said."""
+        return connect_tcp(self.port, trust=self.trust, **options)
+
+    def http(self):
+        if self.trust:
+            return http.client.HTTPSConnection("127.0.0.1", self.port, timeout=WAIT_S, context=self.trust)
+        return http.client.HTTPConnection("127.0.0.1", self.port, timeout=WAIT_S)
+
     def get(self, path, headers=None, method="GET"):
         """(status, headers, body)"""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=WAIT_S)
+        connection = self.http()
         connection.request(method, path, headers=headers or {})
         response = connection.getresponse()
         body = response.read()

@@ -4,7 +4,7 @@ import struct
 import unittest
 
 from daemon import Daemon
-from wsclient import (BINARY, CLOSE, CONTINUATION, PING, PONG, TEXT, WebSocket, frame)
+from wsclient import BINARY, CLOSE, CONTINUATION, PING, PONG, TEXT, frame
 
 BIG = 8 << 20  # LUM_LIMIT_MESSAGE_BYTES
 BEFORE_HELLO = 4096
@@ -166,11 +166,11 @@ class Subprotocol(unittest.TestCase):
         from wsclient import HandshakeFailed
         with Daemon() as daemon:
             for subprotocol in (None, "lumend.v1", "other, lumend.v1"):
-                ws = WebSocket(daemon.port, subprotocol=subprotocol)
+                ws = daemon.connect(hello=False, subprotocol=subprotocol)
                 ws.hello(daemon.token)
                 self.assertEqual(b"Sec-WebSocket-Protocol: lumend.v1" in ws.head, subprotocol is not None)
             with self.assertRaises(HandshakeFailed):
-                WebSocket(daemon.port, subprotocol="other")
+                daemon.connect(hello=False, subprotocol="other")
             daemon.assert_well()
 
 

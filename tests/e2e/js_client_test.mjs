@@ -10,6 +10,7 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { fileURLToPath, pathToFileURL } from 'node:url';
 import { deflateSync, inflateSync } from 'node:zlib';
+import { certificate } from './web/certificate.mjs';
 import { Daemon } from './web/daemon.mjs';
 
 const root = fileURLToPath(new URL('../..', import.meta.url));
@@ -185,6 +186,19 @@ test('sensors are measured, and the examples run', async () => {
     assert.ok(probed.illuminance_lx > dim.emin_lx - 5 * probed.stderr_lx);
     await other.close();
     assert.equal(await empty.stop(), 0);
+});
+
+const made = certificate();
+test('by TLS, where the certificate is trusted', { skip: !made && 'openssl is not installed' }, async () => {
+    const secure = new Daemon('cornell', null, made.options);
+    const url = await secure.start();
+    const picture = join(out, 'secure.png');
+    const run = (more) => spawnSync(process.execPath, [join(out, 'examples/first_picture.mjs'), url, picture], { encoding: 'utf8', env: { ...process.env, ...more } });
+    assert.match(url, /^https:\/\/localhost:/);
+    const { stdout, stderr } = run({ NODE_EXTRA_CA_CERTS: made.file });
+    assert.match(stdout, /samples per pixel/, stderr);
+    assert.match(run({}).stderr, /cannot connect/);
+    assert.equal(await secure.stop(), 0);
 });
 
 test('a server that stops, or is none, is told', async () => {

@@ -6,7 +6,7 @@ import tempfile
 import unittest
 
 from cutting_proxy import CuttingProxy
-from daemon import LUMEND, Daemon, write_people
+from daemon import TLS, LUMEND, Daemon, write_people
 from wsclient import Closed, HandshakeFailed, RpcError, WebSocket
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -28,7 +28,7 @@ class Resume(unittest.TestCase):
         self.bob.call("scene.apply", {"ops": [lamp("l", 1)]})
 
     def connect(self, token=None, **more):
-        ws = WebSocket(self.daemon.port)
+        ws = self.daemon.connect(hello=False)
         return ws, ws.hello(token or self.daemon.token, **more)
 
     def back(self, hello, **more):
@@ -223,7 +223,7 @@ class Imports(unittest.TestCase):
             gate.write("go\n")
 
     def come(self, **more):
-        ws = WebSocket(self.daemon.port)
+        ws = self.daemon.connect(hello=False)
         return ws, ws.hello(self.daemon.token, **more)
 
     def test_one_that_is_under_way_is_not_begun_again_and_its_answer_is_for_the_newest_connection(self):
@@ -254,11 +254,11 @@ class Persons(unittest.TestCase):
         path = os.path.join(self.enterContext(tempfile.TemporaryDirectory()), "people")
         write_people(path, {name: ("edit", token) for name, token in tokens.items()})
         daemon = self.enterContext(Daemon("--tokens", path))
-        ann = WebSocket(daemon.port)
+        ann = daemon.connect(hello=False)
         hello = ann.hello(tokens["ann"])
         ann.close()
         for who, key, resumed in (("bob", hello["key"], False), ("ann", "", False), ("ann", hello["key"], True)):
-            ws = WebSocket(daemon.port)
+            ws = daemon.connect(hello=False)
             said = ws.hello(tokens[who], resume=hello["session"], key=key)
             self.assertIs(said["resumed"], resumed)
             self.assertEqual(said["session"] == hello["session"], resumed)
@@ -311,7 +311,7 @@ class Client:
         while True:
             before_hello()
             try:
-                self.ws = WebSocket(self.proxy.port)
+                self.ws = WebSocket(self.proxy.port, trust=TLS and TLS.trust)
                 more = {} if self.hello is None else {"resume": self.hello["session"], "key": self.hello["key"],
                                                       "scene_rev": self.known_rev}
                 said = self.ws.hello(self.token, client="cut", **more)

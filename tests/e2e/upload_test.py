@@ -1,15 +1,13 @@
 """Files that are sent: announced, put, kept by content, imported. And what is not taken: too much, too little, names that
 lead elsewhere, what is cut off, what the disk does not take."""
-import http.client
 import json
 import os
 import resource
-import socket
 import tempfile
 import unittest
 
 from daemon import Daemon, write_people
-from wsclient import WAIT_S, RpcError
+from wsclient import RpcError
 
 MIB = 1 << 20
 OBJ = b"mtllib m/red.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n"
@@ -30,7 +28,7 @@ def announce(ws, files):
 
 def put(daemon, path, body, headers=None):
     """(status, answer); the answer of errors is text."""
-    connection = http.client.HTTPConnection("127.0.0.1", daemon.port, timeout=WAIT_S)
+    connection = daemon.http()
     connection.request("PUT", path, body=body, headers=headers or {})
     response = connection.getresponse()
     text = response.read().decode()
@@ -63,7 +61,7 @@ class Uploads(unittest.TestCase):
 
     def begin(self, path, n_bytes, body=b"x", daemon=None):
         """A connection by which only a beginning came."""
-        line = socket.create_connection(("127.0.0.1", (daemon or self.daemon).port), WAIT_S)
+        line = (daemon or self.daemon).tcp()
         line.sendall(f"PUT {path} HTTP/1.1\r\nHost: localhost\r\nContent-Length: {n_bytes}\r\n\r\n".encode() + body)
         return line
 

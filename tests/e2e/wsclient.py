@@ -7,11 +7,14 @@ import hashlib
 import json
 import os
 import socket
+import ssl
 import struct
 
 WAIT_S = 60.0
 SUBPROTOCOL = "lumend.v1"
 GUID = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
+
+BROKEN = (ConnectionError, ssl.SSLError)  # how a connection ends that is cut off
 
 CONTINUATION, TEXT, BINARY, CLOSE, PING, PONG = 0, 1, 2, 8, 9, 10
 
@@ -68,7 +71,8 @@ def frame(opcode, payload=b"", fin=True, reserved=0, masked=True, declared=None)
     return head + key + mask_bytes(payload, key)
 
 
-def connect_tcp(port, host="127.0.0.1", rcvbuf=None, source=None):
+def connect_tcp(port, host="127.0.0.1", rcvbuf=None, source=None, trust=None):
+    """trust: by TLS, whose handshake comes with the first byte that is sent or waited for."""
     sock = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     sock.settimeout(WAIT_S)
     if rcvbuf:  # before connecting: it decides the window that is offered
@@ -77,15 +81,15 @@ def connect_tcp(port, host="127.0.0.1", rcvbuf=None, source=None):
         sock.bind((source, 0))
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     sock.connect((host, port))
-    return sock
+    return trust.wrap_socket(sock, server_hostname=host, do_handshake_on_connect=False) if trust else sock
 
 
 class WebSocket:
     """One connection. Messages that come while something else is waited for are kept in order."""
 
     def __init__(self, port, origin=None, host=None, path="/", subprotocol=SUBPROTOCOL, headers=(), rcvbuf=None,
-                 source=None, pong=True, wrap=lambda sock: sock):
-        self.sock = wrap(connect_tcp(port, rcvbuf=rcvbuf, source=source))
+                 source=None, pong=True, trust=None, wrap=lambda sock: sock):
+        self.sock = wrap(connect_tcp(port, rcvbuf=rcvbuf, source=source, trust=trust))
         self.buffer = bytearray()
         self.next_id = 1
         self.replies = {}
@@ -110,7 +114,7 @@ class WebSocket:
             self.sock.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
             while b"\r\n\r\n" not in self.buffer:
                 self._more()
-        except (Closed, ConnectionError):
+        except (Closed, *BROKEN):
             raise HandshakeFailed(None) from None
         head, rest = bytes(self.buffer).split(b"\r\n\r\n", 1)
         status = int(head.split(b" ", 2)[1])
@@ -127,7 +131,7 @@ class WebSocket:
     def _more(self):
         try:
             data = self.sock.recv(1 << 16)
-        except ConnectionError:
+        except BROKEN:
             raise Closed() from None
         if not data:
             raise Closed()
@@ -136,7 +140,7 @@ class WebSocket:
     def send_raw(self, data):
         try:
             self.sock.sendall(data)
-        except ConnectionError:
+        except BROKEN:
             pass  # the server has closed: the next read says how
 
     def close(self):
@@ -211,7 +215,7 @@ class WebSocket:
         self.sock.settimeout(0)
         try:
             self.buffer += self.sock.recv(n_bytes)
-        except BlockingIOError:
+        except (BlockingIOError, ssl.SSLWantReadError):
             pass
         finally:
             self.sock.settimeout(WAIT_S)

@@ -74,9 +74,11 @@ def _record(op):
 class Session:
     """`url`: as the server prints it. `client`: a name for people; `name` is what others know this session by.
     `project`: of a server with many scenes, the id of the one that this is about; default: that of `url?project=ID`. Without
-    one such a server answers `project.list` and the like alone."""
+    one such a server answers `project.list` and the like alone. `ca`: of an https URL, the file (PEM) of who signed the server's
+    certificate; default: whom this machine trusts."""
 
-    def __init__(self, url: str, client: str = "python", timeout_s: float = 60.0, project: str | None = None) -> None:
+    def __init__(self, url: str, client: str = "python", timeout_s: float = 60.0, project: str | None = None,
+                 ca: str | None = None) -> None:
         self.timeout_s = timeout_s
         self._news = threading.Condition()  # all below is read and written with this held
         self._last_id, self._watching = 0, False
@@ -86,7 +88,7 @@ class Session:
         self._sensors: dict[str, dict] = {}
         self._broken = self._opening = None
         self.scene_rev = 0  # the newest that is known
-        self._socket = WebSocket(url, timeout_s)
+        self._socket = WebSocket(url, timeout_s, ca)
         self._reader = threading.Thread(target=self._read, name="lumend", daemon=True)
         self._reader.start()
         try:

@@ -1,11 +1,15 @@
-"""A WebSocket (RFC 6455) of a client, as far as lumend needs one: no extensions, no TLS."""
+"""A WebSocket (RFC 6455) of a client, as far as lumend needs one: no extensions."""
 import base64
 import hashlib
+import io
 import os
 import re
 import socket
+import ssl
 import struct
 import threading
+
+from lumend.tls import TlsLine
 
 TEXT, BINARY, CLOSE, PING, PONG = 1, 2, 8, 9, 10
 GUID = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
@@ -27,25 +31,49 @@ def masked(payload, key):
     return (int.from_bytes(payload, "big") ^ int.from_bytes(pad, "big")).to_bytes(n, "big")
 
 
+def _line_to(host, port, timeout_s):
+    try:
+        line = socket.create_connection((host, port), timeout_s)
+    except OSError as error:
+        raise Disconnected(f"{host}:{port}: {error.strerror or error}: does lumend run there?") from None
+    line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return line
+
+
+def _by_tls(line, host, port, ca):
+    try:
+        return TlsLine(line, host, ca)
+    except OSError as error:  # ssl's are, too
+        line.close()
+        if isinstance(error, ssl.SSLCertVerificationError):
+            raise Disconnected(f"{host}:{port} is not trusted: {error.verify_message}: "
+                               "ca= names the file of who signed its certificate") from None
+        if isinstance(error, FileNotFoundError):
+            raise ValueError(f"ca={ca}: there is no such file") from None
+        raise Disconnected(f"{host}:{port}: no connection by TLS: {error.strerror or error}") from None
+
+
 class WebSocket:
     """One thread may read while others send."""
 
-    def __init__(self, url, timeout_s):
-        parts = re.fullmatch(r"(?:http|ws)://(\[[0-9a-fA-F:]+\]|[^/:]+):(\d+)/?(?:\?project=(\w+))?(?:#t=(.*))?", url)
+    def __init__(self, url, timeout_s, ca=None):
+        parts = re.fullmatch(r"(?:http|ws)(s?)://(\[[0-9a-fA-F:]+\]|[^/:]+):(\d+)/?(?:\?project=(\w+))?(?:#t=(.*))?", url)
         if not parts:
             raise ValueError(f"{url} is not a URL as the server prints it: http://127.0.0.1:9460/#t=TOKEN")
-        host, port, self.project, self.token = parts.groups()
-        try:
-            self._line = socket.create_connection((host.strip("[]"), int(port)), timeout_s)
-        except OSError as error:
-            raise Disconnected(f"{host}:{port}: {error.strerror or error}: does lumend run there?") from None
-        self._line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._incoming = self._line.makefile("rb")
+        secure, host, port, self.project, self.token = parts.groups()
+        if ca and not secure:
+            raise ValueError(f"ca={ca} is for https, and this URL is of http")
+        self._line = _line_to(host.strip("[]"), int(port), timeout_s)
+        if secure:
+            self._line = _by_tls(self._line, host.strip("[]"), port, ca)
+        self._incoming = io.BufferedReader(self._line) if secure else self._line.makefile("rb")
         self._sending = threading.Lock()
         try:
             self._handshake(host, port)
-        except BaseException:
+        except BaseException as error:
             self.close()
+            if isinstance(error, OSError) and not isinstance(error, (Disconnected, TimeoutError)):
+                raise Disconnected(f"{host}:{port} hung up: does its address begin with {'http' if secure else 'https'}?") from None
             raise
         self._line.settimeout(None)  # whoever waits has a limit of their own
 

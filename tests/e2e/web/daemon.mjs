@@ -30,7 +30,7 @@ export class Daemon {
         this.exited = new Promise((resolve) => this.child.on('exit', (code, signal) => resolve({ code, signal })));
         const ready = new Promise((resolve, reject) => {
             createInterface(this.child.stdout).on('line', (line) => {
-                const match = /^lumend ready (http:\/\/.*)$/.exec(line);
+                const match = /^lumend ready (https?:\/\/.*)$/.exec(line);
                 if (match) resolve(match[1]);
                 else reject(new Error(`stdout of the daemon: ${line}`));
             });
