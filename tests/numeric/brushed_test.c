@@ -215,6 +215,33 @@ static void without_uv_lines_are_those_of_a_turned_part(void **state)
     rig_end(&r);
 }
 
+/* Its table is kept while it serves, so that a material that is put again as it was changes nothing; one that is
+ * brushed later finds tangents. */
+static void put_again_it_is_the_same(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 0);
+    put_ring(&r, "ring");
+    struct lum_material_desc even = steel(0.3f, 0.0f, 0.0), m = steel(0.3f, 0.8f, 0.0);
+    rig_material(&r, "steel", &even);
+    rig_object(&r, "ring", "ring", "steel", rig_v(0, 0, 0));
+    rig_commit(&r);
+    assert_null(r.snapshot->instances[0].mesh->tangents);
+    rig_material(&r, "steel", &m);
+    rig_commit(&r);
+    struct lum_versions before = r.snapshot->versions;
+    assert_non_null(r.snapshot->instances[0].mesh->tangents);
+    rig_material(&r, "steel", &m);
+    rig_commit(&r);
+    assert_int_equal(r.snapshot->versions.material, before.material);
+    m.roughness = 0.4f;
+    rig_material(&r, "steel", &m);
+    rig_commit(&r);
+    assert_true(r.snapshot->versions.material > before.material);
+    rig_end(&r);
+}
+
 /* ---- pictures ---- */
 
 static void render_with(struct rig *r, const struct lum_material_desc *red, const char *method)
@@ -320,6 +347,7 @@ int main(void)
         cmocka_unit_test(what_is_brushed_is_no_mirror),
         cmocka_unit_test(lines_do_not_break_at_edges),
         cmocka_unit_test(without_uv_lines_are_those_of_a_turned_part),
+        cmocka_unit_test(put_again_it_is_the_same),
         cmocka_unit_test(no_strength_changes_nothing),
         cmocka_unit_test(white_brushed_metal_in_a_furnace),
         cmocka_unit_test(live_shows_brushed_metal_as_path_does),
