@@ -5,17 +5,22 @@
 
 #include "tests/unit/gltf_text.h"
 
+/* A file may say that nothing is to be shown that lacks them. */
+#define REQUIRED                                                                                                       \
+    "\"extensionsRequired\":[\"KHR_materials_anisotropy\",\"KHR_materials_clearcoat\",\"KHR_materials_sheen\","        \
+    "\"KHR_materials_diffuse_transmission\"],"
+
 /* A file with one triangle of the given material. */
 static const struct lum_record_material *import_material(struct kit *k, const char *material)
 {
     char json[4096];
-    snprintf(
-        json, sizeof json,
-        TRIANGLE(SCENE0) "\"materials\":[%s],\"images\":[{\"uri\":\"p.png\",\"name\":\"pic\"}],"
-                         "\"samplers\":[{\"wrapS\":33071,\"wrapT\":33648}],\"textures\":[{\"source\":0,\"sampler\":0}],"
-                         "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"material\":0}]}],"
-                         "\"nodes\":[{\"mesh\":0}]}",
-        material);
+    snprintf(json, sizeof json,
+             TRIANGLE(SCENE0) REQUIRED
+             "\"materials\":[%s],\"images\":[{\"uri\":\"p.png\",\"name\":\"pic\"}],"
+             "\"samplers\":[{\"wrapS\":33071,\"wrapT\":33648}],\"textures\":[{\"source\":0,\"sampler\":0}],"
+             "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"material\":0}]}],"
+             "\"nodes\":[{\"mesh\":0}]}",
+             material);
     assert_true(kit_import_gltf(k, json, triangle, 36));
     return &kit_only(k, LUM_RECORD_MATERIAL)->material;
 }
