@@ -277,6 +277,41 @@ static void no_strength_changes_nothing(void **state)
     }
 }
 
+/* The mean of a square under a lamp, with all of it turned by quarters about the vertical but for its stretch. */
+static struct reading under_a_lamp(const struct lum_method *method, double stretch_deg, bool turned)
+{
+    struct rig r;
+    rig_begin(&r, 0);
+    rig_square(&r, "square", 0.5);
+    struct lum_material_desc m = steel(0.4f, 0.8f, stretch_deg);
+    rig_material(&r, "square", &m);
+    rig_object(&r, "square", "square", "square", rig_v(0, 0, 0));
+    struct lum_vec3d eye = {0.3, 0.8, 1.0}, lamp = {0.5, 1.5, -1.2};
+    rig_bulb(&r, "lamp", turned ? rig_v(lamp.z, lamp.y, -lamp.x) : lamp, 100);
+    rig_camera(&r, turned ? rig_v(eye.z, eye.y, -eye.x) : eye, rig_v(0, 0, 0), 20);
+    r.settings.w = r.settings.h = 12;
+    rig_commit(&r);
+    struct reading got = read_picture(&r, method, 16);
+    rig_end(&r);
+    return got;
+}
+
+/* Light and eye turned by 90 degrees, and the stretch with them, from x to -z: the same highlight, in every method.
+ * Turned alone, another one. */
+static void a_highlight_turns_with_its_stretch(void **state)
+{
+    (void)state;
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    for (size_t k = 0; k < n; k++) {
+        struct reading along = under_a_lamp(&methods[k], 0.0, false), same = under_a_lamp(&methods[k], 90.0, true);
+        struct reading across = under_a_lamp(&methods[k], 90.0, false);
+        print_message("%s: %.5g, turned %.5g, across %.5g\n", methods[k].name, along.mean, same.mean, across.mean);
+        check("turned", &methods[k], same, along.mean, 0.001);
+        assert_true(along.mean > 0.0 && fabs(across.mean / along.mean - 1.0) > 0.2);
+    }
+}
+
 static void white_brushed_metal_in_a_furnace(void **state)
 {
     (void)state;
@@ -349,6 +384,7 @@ int main(void)
         cmocka_unit_test(without_uv_lines_are_those_of_a_turned_part),
         cmocka_unit_test(put_again_it_is_the_same),
         cmocka_unit_test(no_strength_changes_nothing),
+        cmocka_unit_test(a_highlight_turns_with_its_stretch),
         cmocka_unit_test(white_brushed_metal_in_a_furnace),
         cmocka_unit_test(live_shows_brushed_metal_as_path_does),
     };
