@@ -5,6 +5,7 @@
  * They are made when a brushed material first asks for them, by whoever commits the scene. Snapshots that were
  * published before have none of the mesh that asks, and do not look at them. */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/scene/parts.h"
@@ -45,6 +46,71 @@ static void add_corner(struct lum_mesh *m, float *sum, const uint32_t *t, int k,
     sum[2] += angle * d.z;
 }
 
+/* ---- seams ---- */
+
+/* Where uv begins anew, one place has a vertex for each side, and its tangent would be of the triangles on that side
+ * alone: half an edge's turn apart, which shows on turned parts. Vertices at one place with one normal share theirs, if
+ * they run alike; where u turns by more than SEAM_COS at a seam the lines do end there. More than SEAM_MOST at a place
+ * (the tip of a cone) have no direction in common. */
+#define SEAM_COS 0.5f
+#define SEAM_MOST 32u
+#define SEAM_GRID 65536.0f /* of the mesh's space, whose extent is 1 to 2 */
+#define SEAM_NORMALS 1024.0f
+
+struct place {
+    int32_t at[6];
+    uint32_t vertex;
+};
+
+static int by_place(const void *a, const void *b)
+{
+    const struct place *x = a, *y = b;
+    for (int k = 0; k < 6; k++)
+        if (x->at[k] != y->at[k])
+            return x->at[k] < y->at[k] ? -1 : 1;
+    return x->vertex < y->vertex ? -1 : x->vertex > y->vertex;
+}
+
+static void join(float *sum, const struct place *places, uint32_t n)
+{
+    struct lum_vec3 joined[SEAM_MOST];
+    for (uint32_t i = 0; i < n; i++) {
+        struct lum_vec3 own = lum_normalize(load(sum, places[i].vertex));
+        joined[i] = lum_v3(0.0f, 0.0f, 0.0f);
+        for (uint32_t k = 0; k < n; k++) {
+            struct lum_vec3 other = load(sum, places[k].vertex);
+            if (lum_dot(own, lum_normalize(other)) > SEAM_COS)
+                joined[i] = lum_v3_add(joined[i], other);
+        }
+    }
+    for (uint32_t i = 0; i < n; i++)
+        memcpy(sum + 3 * (size_t)places[i].vertex, &joined[i], 3 * sizeof *sum);
+}
+
+static bool join_seams(const struct lum_mesh *m, float *sum)
+{
+    struct place *places = lum_calloc(m->n_vertices, sizeof *places);
+    if (!places)
+        return false;
+    for (uint32_t i = 0; i < m->n_vertices; i++) {
+        places[i].vertex = i;
+        for (int k = 0; k < 3; k++) { /* coordinates are within 8, normals within 1 */
+            places[i].at[k] = (int32_t)lrintf(m->positions[3 * (size_t)i + (size_t)k] * SEAM_GRID);
+            places[i].at[3 + k] = (int32_t)lrintf(m->normals[3 * (size_t)i + (size_t)k] * SEAM_NORMALS);
+        }
+    }
+    qsort(places, m->n_vertices, sizeof *places, by_place);
+    for (uint32_t i = 0, end; i < m->n_vertices; i = end) {
+        for (end = i + 1; end < m->n_vertices; end++)
+            if (memcmp(places[i].at, places[end].at, sizeof places[i].at) != 0)
+                break;
+        if (end - i > 1 && end - i <= SEAM_MOST)
+            join(sum, places + i, end - i);
+    }
+    lum_free(places);
+    return true;
+}
+
 bool lum_mesh_make_tangents(struct lum_mesh *m)
 {
     if (!m->uvs || m->tangents)
@@ -57,6 +123,10 @@ bool lum_mesh_make_tangents(struct lum_mesh *m)
         struct lum_vec3 d = along_u(m, t);
         for (int k = 0; k < 3 && lum_dot(d, d) > 0.0f; k++)
             add_corner(m, sum + 3 * (size_t)t[k], t, k, d);
+    }
+    if (m->normals && !join_seams(m, sum)) {
+        lum_free(sum);
+        return false;
     }
     for (uint32_t i = 0; i < m->n_vertices; i++) {
         struct lum_vec3 t = lum_normalize(load(sum, i));
