@@ -5,9 +5,26 @@
  * whole mixture, so that every sampled weight is f |cos| / pdf by construction. */
 #include "core/material/bsdf.h"
 
+#include "core/material/brushed.h"
 #include "core/material/clearcoat.h"
 #include "core/math/warp.h"
 #include "core/material/sheen.h"
+
+static float facet_density(const struct lum_bsdf *b, struct lum_vec3 h)
+{
+    return b->brushed ? lum_brushed_d(h, b->spread) : lum_ggx_d(h, b->alpha);
+}
+
+static float seen_over_cos(const struct lum_bsdf *b, struct lum_vec3 o)
+{
+    return b->brushed ? lum_brushed_g1_over_cos(o, b->spread) : lum_ggx_g1_over_cos(o.z, b->alpha);
+}
+
+/* i may be on the other side. */
+static float seen_by_both(const struct lum_bsdf *b, struct lum_vec3 o, struct lum_vec3 i)
+{
+    return b->brushed ? lum_brushed_g2_over_cos(o, i, b->spread) : lum_ggx_g2_over_cos(o.z, fabsf(i.z), b->alpha);
+}
 
 float lum_fresnel_dielectric(float cos_i, float eta)
 {
@@ -68,11 +85,35 @@ static struct facet facet_at(const struct lum_bsdf *b, float c)
     return f;
 }
 
+struct lum_ggx_albedo lum_bsdf_facet_albedo(const struct lum_bsdf *b, struct lum_vec3 w)
+{
+    if (b->brushed)
+        return lum_brushed_albedo(b->brushed, b->row, lum_frame_to_local(&b->frame, w));
+    return lum_ggx_albedo(b->row, fabsf(lum_dot(b->frame.n, w)));
+}
+
+struct lum_ggx_albedo lum_bsdf_facet_albedo_mean(const struct lum_bsdf *b)
+{
+    return b->brushed ? lum_brushed_albedo_mean(b->brushed, b->row) : lum_ggx_albedo_mean(b->row);
+}
+
+/* Mean over azimuths. */
+static struct lum_ggx_albedo facet_albedo_at(const struct lum_bsdf *b, float cos)
+{
+    return b->brushed ? lum_brushed_albedo_at(b->brushed, b->row, cos) : lum_ggx_albedo(b->row, cos);
+}
+
+/* i: local, on either side. */
+static struct lum_ggx_albedo facet_albedo_to(const struct lum_bsdf *b, struct lum_vec3 i)
+{
+    return b->brushed ? lum_brushed_albedo(b->brushed, b->row, i) : lum_ggx_albedo(b->row, fabsf(i.z));
+}
+
 float lum_bsdf_through_base(const struct lum_bsdf *b, float cos)
 {
     if (b->coat[1] == 0.0f && b->coat[2] == 0.0f)
         return 1.0f;
-    struct lum_ggx_albedo e = lum_ggx_albedo(b->row, cos);
+    struct lum_ggx_albedo e = facet_albedo_at(b, cos);
     return lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
 }
 
@@ -110,13 +151,13 @@ static bool is_matte(const struct lum_bsdf *b)
     return b->coat[1] == 0.0f && b->coat[2] == 0.0f && lum_rgb_black(b->multi);
 }
 
-/* What is even in wi but for how much of it gets through: the base under its coat, and light from several facets. */
-struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i)
+/* What is even in wi but for how much of it gets through: the base under its coat, and light from several facets. e: of
+ * facets from there, unless it is matte. */
+static struct lum_rgb even_at(const struct lum_bsdf *b, float cos_i, struct lum_ggx_albedo e)
 {
     struct lum_rgb base = b->diffuse, multi = lum_grey(0.0f);
     bool covered = is_covered(b);
     if (!is_matte(b)) {
-        struct lum_ggx_albedo e = lum_ggx_albedo(b->row, cos_i);
         float through = lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
         float lost = lum_max(1.0f - (e.scale + e.bias), 0.0f);
         if (!covered)
@@ -129,12 +170,23 @@ struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i)
     return lum_rgb_mad(lum_rgb_scale(base, even_below(b, cos_i)), multi, left_below(b, cos_i));
 }
 
-static struct lum_rgb far_at(const struct lum_bsdf *b, float cos_i)
+struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i)
+{
+    return even_at(b, cos_i, is_matte(b) ? (struct lum_ggx_albedo){0} : facet_albedo_at(b, cos_i));
+}
+
+/* i: local, above. */
+static struct lum_rgb even_to(const struct lum_bsdf *b, struct lum_vec3 i)
+{
+    return even_at(b, i.z, is_matte(b) ? (struct lum_ggx_albedo){0} : facet_albedo_to(b, i));
+}
+
+static struct lum_rgb far_to(const struct lum_bsdf *b, struct lum_vec3 i)
 {
     struct lum_bsdf far = *b;
     far.diffuse = b->through;
     far.multi = lum_grey(0.0f);
-    return lum_bsdf_diffuse_at(&far, cos_i);
+    return even_to(&far, lum_v3(i.x, i.y, -i.z));
 }
 
 float lum_bsdf_cosine_pdf(const struct lum_bsdf *b, struct lum_vec3 wi)
@@ -161,10 +213,10 @@ static struct lum_rgb eval_reflected(const struct lum_bsdf *b, struct lum_vec3 o
     struct facet f = facet_at(b, lum_dot(o, h));
     if (f.reflect_prob < 0.0f)
         return lum_grey(0.0f);
-    float d = 0.25f * lum_ggx_d(h, b->alpha);
+    float d = 0.25f * facet_density(b, h);
     float prob = transmitted ? 1.0f - f.reflect_prob : f.reflect_prob;
-    *ret_pdf = prob * d * lum_ggx_g1_over_cos(o.z, b->alpha);
-    return lum_rgb_scale(transmitted ? f.transmit : f.reflect, d * lum_ggx_g2_over_cos(o.z, i.z, b->alpha) * i.z);
+    *ret_pdf = prob * d * seen_over_cos(b, o);
+    return lum_rgb_scale(transmitted ? f.transmit : f.reflect, d * seen_by_both(b, o, i) * i.z);
 }
 
 /* Thin rough glass; i is below. What met several facets is drawn like what met one, whose tails reach as far. */
@@ -173,7 +225,7 @@ static struct lum_rgb eval_through_sheet(const struct lum_bsdf *b, struct lum_ve
     struct lum_rgb once = eval_reflected(b, o, lum_v3(i.x, i.y, -i.z), true, ret_pdf);
     if (lum_rgb_black(b->multi_far))
         return once;
-    struct lum_ggx_albedo e = lum_ggx_albedo(b->row, -i.z);
+    struct lum_ggx_albedo e = facet_albedo_to(b, i);
     float lost = lum_max(1.0f - (e.scale + e.bias), 0.0f);
     return lum_rgb_mad(once, b->multi_far, lost * -i.z * LUM_INV_PI);
 }
@@ -193,9 +245,9 @@ static struct lum_rgb eval_refracted(const struct lum_bsdf *b, struct lum_vec3 o
     if (f.reflect_prob < 0.0f)
         return lum_grey(0.0f);
     float jacobian = c_i / (length * length); /* dh / di */
-    float d = lum_ggx_d(h, b->alpha) * c_o * jacobian;
-    *ret_pdf = (1.0f - f.reflect_prob) * d * lum_ggx_g1_over_cos(o.z, b->alpha);
-    float g = lum_ggx_g2_over_cos(o.z, -i.z, b->alpha) * -i.z;
+    float d = facet_density(b, h) * c_o * jacobian;
+    *ret_pdf = (1.0f - f.reflect_prob) * d * seen_over_cos(b, o);
+    float g = seen_by_both(b, o, i) * -i.z;
     return lum_rgb_scale(f.transmit, b->eta * b->eta * d * g);
 }
 
@@ -207,7 +259,7 @@ struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_v
     if (i.z > 0.0f && side > 0.0f) {
         if (b->diffuse_prob > 0.0f) {
             float c = i.z * LUM_INV_PI;
-            v.diffuse = lum_rgb_scale(lum_bsdf_diffuse_at(b, i.z), c);
+            v.diffuse = lum_rgb_scale(even_to(b, i), c);
             v.pdf_sa = b->diffuse_prob * (1.0f - b->far_prob) * c;
         }
         if (b->alpha > 0.0f && b->diffuse_prob < 1.0f)
@@ -217,7 +269,7 @@ struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_v
             v.gloss = b->thin ? eval_through_sheet(b, o, i, &v.gloss_pdf_sa) : eval_refracted(b, o, i, &v.gloss_pdf_sa);
         if (b->far_prob > 0.0f) {
             float c = -i.z * LUM_INV_PI;
-            v.diffuse = lum_rgb_scale(far_at(b, -i.z), c);
+            v.diffuse = lum_rgb_scale(far_to(b, i), c);
             v.pdf_sa = b->diffuse_prob * b->far_prob * c;
         }
     }
@@ -264,7 +316,7 @@ static void eval_metal_and_coat(const struct lum_bsdf *b, struct lum_vec3 wo, ui
 void lum_bsdf_eval_gloss(const struct lum_bsdf *b, struct lum_vec3 wo, uint32_t n, const struct lum_vec3 *wi,
                          struct lum_rgb *ret_gloss, float *ret_pdf_sa)
 {
-    bool simple = b->glass == 0.0f && !is_covered(b) && b->alpha > 0.0f && b->diffuse_prob < 1.0f;
+    bool simple = b->glass == 0.0f && !b->brushed && !is_covered(b) && b->alpha > 0.0f && b->diffuse_prob < 1.0f;
     for (uint32_t k = 0; simple && k < n; k += LANES)
         eval_metal_and_coat(b, wo, n - k < LANES ? n - k : LANES, wi + k, ret_gloss + k, ret_pdf_sa + k);
     for (uint32_t k = 0; !simple && k < n; k++) {
@@ -294,7 +346,7 @@ struct lum_rgb lum_bsdf_diffuse_albedo(const struct lum_bsdf *b)
     bool covered = is_covered(b);
     if (is_matte(b))
         return covered ? lum_rgb_scale(b->diffuse, even_mean_below(b)) : b->diffuse;
-    struct lum_ggx_albedo e = lum_ggx_albedo_mean(b->row);
+    struct lum_ggx_albedo e = lum_bsdf_facet_albedo_mean(b);
     float through = lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
     float lost = lum_max(1.0f - (e.scale + e.bias), 0.0f);
     if (covered)
@@ -307,7 +359,7 @@ struct lum_rgb lum_bsdf_gloss_albedo(const struct lum_bsdf *b, struct lum_vec3 w
 {
     struct lum_rgb below = lum_grey(0.0f);
     if (b->alpha > 0.0f && !lum_rgb_black(b->f0)) {
-        struct lum_ggx_albedo e = lum_ggx_albedo(b->row, fabsf(lum_dot(b->frame.n, wo)));
+        struct lum_ggx_albedo e = lum_bsdf_facet_albedo(b, wo);
         below = lum_rgb_add(lum_rgb_scale(b->f0, e.scale), lum_grey(b->f90 * e.bias));
     }
     if (!is_covered(b))
@@ -321,7 +373,7 @@ struct lum_rgb lum_bsdf_haze_albedo(const struct lum_bsdf *b, struct lum_vec3 wo
     *ret_even = lum_grey(0.0f);
     if (!b->thin || b->straight || !(b->glass > 0.0f))
         return lum_grey(0.0f);
-    struct lum_ggx_albedo e = lum_ggx_albedo(b->row, lum_dot(b->frame.n, wo)), mean = lum_ggx_albedo_mean(b->row);
+    struct lum_ggx_albedo e = lum_bsdf_facet_albedo(b, wo), mean = lum_bsdf_facet_albedo_mean(b);
     float left = is_covered(b) ? left_below(b, MEAN_COS) : 1.0f;
     *ret_even = lum_rgb_scale(b->multi_far, lum_max(1.0f - (mean.scale + mean.bias), 0.0f) * left);
     return lum_rgb_add(lum_rgb_scale(facet_at(b, 1.0f).transmit, e.scale * left),
@@ -365,7 +417,7 @@ static bool sample_matte(const struct lum_bsdf *b, struct lum_vec3 i, struct lum
     struct lum_vec3 wi = lum_frame_to_scene(&b->frame, i);
     if (!(i.z > 0.0f && lum_dot(wi, b->ng) > 0.0f))
         return false;
-    *ret_sample = (struct lum_bsdf_sample){wi, lum_bsdf_diffuse_at(b, i.z), i.z * LUM_INV_PI, LUM_LOBE_DIFFUSE};
+    *ret_sample = (struct lum_bsdf_sample){wi, even_to(b, i), i.z * LUM_INV_PI, LUM_LOBE_DIFFUSE};
     return true;
 }
 
@@ -439,6 +491,14 @@ static bool sample_clearcoat(const struct lum_bsdf *b, struct lum_vec3 wo, struc
     return true;
 }
 
+/* Of a facet that is seen from o. */
+static struct lum_vec3 facet_normal(const struct lum_bsdf *b, struct lum_vec3 o, struct lum_vec2 u)
+{
+    if (b->brushed)
+        return lum_brushed_sample_visible(o, b->spread, u);
+    return b->alpha > 0.0f ? lum_ggx_sample_visible(o, b->alpha, u) : lum_v3(0.0f, 0.0f, 1.0f);
+}
+
 bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec2 u, float u_lobe,
                      struct lum_bsdf_sample *ret_sample)
 {
@@ -470,7 +530,7 @@ bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_ve
     }
 
     struct lum_vec3 o = lum_frame_to_local(&b->frame, wo);
-    struct lum_vec3 h = b->alpha > 0.0f ? lum_ggx_sample_visible(o, b->alpha, u) : lum_v3(0.0f, 0.0f, 1.0f);
+    struct lum_vec3 h = facet_normal(b, o, u);
     float cos_o = lum_dot(o, h);
     if (!(cos_o > 0.0f))
         return false;

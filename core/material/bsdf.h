@@ -35,11 +35,15 @@ static inline bool lum_bsdf_has_gloss(const struct lum_bsdf *b)
 float lum_bsdf_cosine_pdf(const struct lum_bsdf *b, struct lum_vec3 wi);
 
 /* Albedo of the cosine-shaped lobes of this side for light that arrives at a cosine: their f |cos| is this times cos_i
- * / pi. */
+ * / pi. Of brushed surfaces its mean over azimuths. */
 struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i);
 
 /* What the cosine-shaped lobes send towards wo under even light from everywhere above: integral of their f |cos|. */
 struct lum_rgb lum_bsdf_diffuse_albedo(const struct lum_bsdf *b);
+
+/* What of light that arrives from w, above or below, facets send on that it meets first; and the mean of that. */
+struct lum_ggx_albedo lum_bsdf_facet_albedo(const struct lum_bsdf *b, struct lum_vec3 w);
+struct lum_ggx_albedo lum_bsdf_facet_albedo_mean(const struct lum_bsdf *b);
 
 /* What of light from wo leaves the base through its own coat, by a cosine: 1 where that has none. */
 float lum_bsdf_through_base(const struct lum_bsdf *b, float cos);

@@ -4,7 +4,8 @@
  * mix of a metal, of a dielectric coat over a diffuse base, and of glass. roughness^2 = alpha; alpha below
  * LUM_ALPHA_MIN is a perfect mirror (delta). Reflection is GGX with height-correlated Smith and visible-normal
  * sampling, Fresnel by Schlick; glass has the exact dielectric Fresnel, and refracts as Walter et al. 2007 (a solid) or
- * passes straight on (thin). Thin glass has two faces, and what is reflected to and fro between them is in what it
+ * passes straight on (thin). Facets of what is brushed lean farther along one direction than across (brushed.h,
+ * KHR_materials_anisotropy). Thin glass has two faces, and what is reflected to and fro between them is in what it
  * reflects and transmits: of clear glass 2 R / (1 + R) and (1 - R) / (1 + R), with R that of a face.
  *
  * A sheet (paper, cloth, opal: KHR_materials_diffuse_transmission) has a second base, which sends to wo what arrives on
@@ -27,6 +28,7 @@
 #include "core/math/rgb.h"
 #include "core/math/vec.h"
 
+struct lum_brushed_table;
 struct lum_material;
 struct lum_surface;
 
@@ -80,8 +82,10 @@ struct lum_bsdf {
     float lobes;        /* of this side, by the luminance that each returns: what probabilities are shares of */
     float diffuse_prob; /* probability that a sample is of the base or of multi: cosine-shaped */
     float far_prob;     /* and of these, that it is of the far side; 0: that was not added */
-    float alpha;        /* GGX roughness; 0: delta */
-    struct lum_ggx_row row; /* of alpha */
+    float alpha;        /* GGX roughness; 0: delta. Brushed: of even roughness that spreads about as much */
+    struct lum_vec2 spread;                  /* of what is brushed: along frame.t and frame.b */
+    const struct lum_brushed_table *brushed; /* facets lean farther along frame.t than across; NULL: alike all ways */
+    struct lum_ggx_row row;                  /* of alpha */
     float eta; /* n on wo's side / n on the other; of what is thin or straight, from outside. 1: no interface */
     struct lum_sheen sheen;
     struct lum_clearcoat clear;

@@ -2,6 +2,7 @@
 #include "core/material/material.h"
 
 #include "core/material/bsdf.h"
+#include "core/material/brushed.h"
 #include "core/material/clearcoat.h"
 #include "core/material/sheen.h"
 #include "core/material/ggx.h"
@@ -28,6 +29,15 @@ static uint32_t clearcoat_bits(const struct lum_material *m)
     return m->clearcoat_roughness * m->clearcoat_roughness < LUM_ALPHA_MIN ? LUM_SCATTER_MIRROR : LUM_SCATTER_GLOSS;
 }
 
+/* Where no texture makes it rough. */
+static bool is_smooth(const struct lum_material *m)
+{
+    float alpha = m->roughness * m->roughness;
+    if (lum_material_is_brushed(m))
+        alpha = lum_brushed_along(alpha, m->anisotropy);
+    return alpha < LUM_ALPHA_MIN && !m->metallic_roughness_tex.image;
+}
+
 bool lum_material_is_specular(const struct lum_material *m)
 {
     if (m->unlit)
@@ -36,16 +46,14 @@ bool lum_material_is_specular(const struct lum_material *m)
         return true;
     if (clearcoat_bits(m) == LUM_SCATTER_MIRROR)
         return true;
-    bool mirror = !m->metallic_roughness_tex.image && m->roughness * m->roughness < LUM_ALPHA_MIN;
-    return mirror && (m->metallic > 0.0f || m->specular > 0.0f);
+    return is_smooth(m) && (m->metallic > 0.0f || m->specular > 0.0f);
 }
 
 bool lum_material_is_pane(const struct lum_material *m)
 {
     if (m->unlit || !(m->transmission > 0.0f) || !(m->metallic < 1.0f))
         return false;
-    bool clear = !m->metallic_roughness_tex.image && m->roughness * m->roughness < LUM_ALPHA_MIN;
-    return ((m->thin || m->straight) && clear) || lum_ior_is_matched(m->ior);
+    return ((m->thin || m->straight) && is_smooth(m)) || lum_ior_is_matched(m->ior);
 }
 
 bool lum_ior_is_matched(float ior)
@@ -65,8 +73,7 @@ uint32_t lum_material_scatter(const struct lum_material *m)
     if (lum_material_is_sheet(m))
         bits |= LUM_SCATTER_DIFFUSE | LUM_SCATTER_SHEET;
     if (metal || coat || total) {
-        bool mirror = m->roughness * m->roughness < LUM_ALPHA_MIN && !m->metallic_roughness_tex.image;
-        bits |= mirror ? LUM_SCATTER_MIRROR : LUM_SCATTER_GLOSS;
+        bits |= is_smooth(m) ? LUM_SCATTER_MIRROR : LUM_SCATTER_GLOSS;
     }
     bits |= clearcoat_bits(m) | (lum_rgb_max(m->sheen_color) > 0.0f ? LUM_SCATTER_GLOSS : 0);
     return glass && !black ? bits | LUM_SCATTER_THROUGH : bits;
@@ -127,6 +134,23 @@ static struct lum_vec3 normal_facing(struct lum_vec3 ns, struct lum_vec3 ng, str
     return lum_dot(n, wo) > 0.0f ? n : ng;
 }
 
+/* Turns it about its normal so that t runs along the stretch. The bitangent is the one of a normal map (see there),
+ * seen from the front: from behind the same scratches are seen. */
+static void turn_frame(struct lum_frame *f, struct lum_vec2 stretch, const struct lum_surface *s)
+{
+    struct lum_vec3 t = lum_normalize(s->tangent);
+    t = lum_v3_mad(t, f->n, -lum_dot(f->n, t));
+    if (!(lum_dot(t, t) > 1e-6f)) /* along the normal, as far as rounding lets one see */
+        return;
+    t = lum_normalize(t);
+    t = lum_normalize(lum_v3_mad(t, f->n, -lum_dot(f->n, t)));
+    struct lum_vec3 b = lum_cross(f->n, t);
+    if (lum_dot(b, s->bitangent) < 0.0f)
+        b = lum_v3_neg(b);
+    f->t = lum_v3_mad(lum_v3_mul(t, stretch.x), b, stretch.y);
+    f->b = lum_cross(f->n, f->t);
+}
+
 /* Frame and sides. False when wo lies in the surface, or the surface has no normal. */
 static bool init_frame(struct lum_bsdf *b, const struct lum_material *m, const struct lum_surface *s,
                        struct lum_vec3 wo)
@@ -142,6 +166,8 @@ static bool init_frame(struct lum_bsdf *b, const struct lum_material *m, const s
         return false;
     }
     b->frame = lum_frame_from_normal(normal_facing(ns, b->ng, wo));
+    if (lum_material_is_brushed(m))
+        turn_frame(&b->frame, m->stretch, s);
     return true;
 }
 
@@ -168,6 +194,20 @@ struct shares {
     struct lum_rgb base;
 };
 
+static void init_roughness(struct lum_bsdf *b, const struct lum_material *m, float alpha)
+{
+    float along = lum_material_is_brushed(m) ? lum_brushed_along(alpha, clamp01(m->anisotropy)) : alpha;
+    b->alpha = alpha;
+    if (along < LUM_ALPHA_MIN)
+        b->alpha = m->metallic_roughness_tex.image ? LUM_ALPHA_MIN : 0.0f;
+    else if (along > lum_max(alpha, LUM_ALPHA_MIN)) {
+        b->spread = (struct lum_vec2){along, lum_max(alpha, LUM_ALPHA_MIN)};
+        b->brushed = m->brushed;
+        b->alpha = sqrtf(0.5f * (b->spread.x * b->spread.x + b->spread.y * b->spread.y));
+    } else if (lum_material_is_brushed(m))
+        b->alpha = lum_max(alpha, LUM_ALPHA_MIN);
+}
+
 /* The mix of metal, coated base and glass; each share times its own parameters (bsdf.h). */
 static struct shares init_lobes(struct lum_bsdf *b, const struct lum_material *m, const struct lum_surface *s)
 {
@@ -176,9 +216,7 @@ static struct shares init_lobes(struct lum_bsdf *b, const struct lum_material *m
     float glass = (1.0f - metal) * clamp01(m->transmission), coated = 1.0f - metal - glass;
     struct lum_rgb base = base_color(m, s->uv, s->vertex_color);
 
-    b->alpha = roughness * roughness;
-    if (b->alpha < LUM_ALPHA_MIN)
-        b->alpha = m->metallic_roughness_tex.image ? LUM_ALPHA_MIN : 0.0f;
+    init_roughness(b, m, roughness * roughness);
 
     float ior = lum_max(m->ior, 1.0f), r = (ior - 1.0f) / (ior + 1.0f);
     bool matched = lum_ior_is_matched(ior);
@@ -228,7 +266,10 @@ static void add_glass_multi(struct lum_bsdf *b, struct lum_rgb tint, float scale
                                f.b * a / (1.0f - f.b * (1.0f - a)));
     k = lum_rgb_scale(k, b->glass * scale);
     b->multi = lum_rgb_add(b->multi, lum_rgb_mul(up, k));
-    b->multi_far = lum_rgb_mul(down, k);
+    if (b->brushed) /* facets across are too sharp to draw it by, so it stays on this side */
+        b->multi = lum_rgb_add(b->multi, lum_rgb_mul(down, k));
+    else
+        b->multi_far = lum_rgb_mul(down, k);
 }
 
 /* 1 - E at one direction, or its mean. */
@@ -246,8 +287,8 @@ static void init_weights(struct lum_bsdf *b, const struct shares *of, struct lum
         b->lobes = lum_luminance(b->diffuse);
         return;
     }
-    b->row = lum_ggx_row(b->alpha);
-    struct lum_ggx_albedo e = lum_ggx_albedo(b->row, lum_dot(b->frame.n, wo)), mean = lum_ggx_albedo_mean(b->row);
+    b->row = b->brushed ? lum_brushed_row(b->brushed, b->spread.y) : lum_ggx_row(b->alpha);
+    struct lum_ggx_albedo e = lum_bsdf_facet_albedo(b, wo), mean = lum_bsdf_facet_albedo_mean(b);
     float lost = 1.0f - (e.scale + e.bias), mean_kept = mean.scale + mean.bias;
     float coat_f0 = lum_rgb_max(b->glass_f0), coat_f90 = b->glass_f90, coat_multi = 0.0f;
     if (b->alpha > 0.0f && mean_kept < 1.0f) {
@@ -288,6 +329,8 @@ struct lum_bsdf lum_bsdf_far_side(const struct lum_bsdf *b)
 {
     struct lum_bsdf far = *b;
     far.frame = lum_frame_from_normal(lum_v3_neg(b->frame.n));
+    if (b->brushed)
+        far.frame.t = b->frame.t, far.frame.b = lum_v3_neg(b->frame.b);
     far.ng = lum_v3_neg(b->ng);
     far.diffuse = b->through;
     far.through = far.f0 = far.transmit = far.multi = far.emission = lum_grey(0.0f);

@@ -31,14 +31,18 @@ struct lum_texture {
 /* 1 when there is no image. uv is the mesh's; may be anything. */
 struct lum_texel_value lum_texture_sample(const struct lum_texture *texture, struct lum_vec2 uv);
 
+struct lum_brushed_table;
 struct lum_material {
     struct lum_texture base_color_tex, metallic_roughness_tex, emission_tex, normal_tex;
     struct lum_rgb base_color, specular_color, emission; /* emission: radiance, cd/m2 */
     struct lum_rgb diffuse_transmittance;                /* of a sheet; black: it is none */
     struct lum_rgb sheen_color;                          /* of fuzz; black: there is none */
     float sheen_roughness;
-    float clearcoat, clearcoat_roughness; /* clearcoat 0: there is none */
-    struct lum_rgb sigma_a;               /* absorption inside a solid, per scene unit */
+    float clearcoat, clearcoat_roughness;    /* clearcoat 0: there is none */
+    const struct lum_brushed_table *brushed; /* rough more one way than across; NULL: alike all ways */
+    float anisotropy;                        /* how much more: lum_brushed_along */
+    struct lum_vec2 stretch;                 /* unit: of highlights, along tangent and bitangent */
+    struct lum_rgb sigma_a;                  /* absorption inside a solid, per scene unit */
     float metallic, roughness, ior, specular, transmission, normal_scale, alpha, alpha_cutoff;
     enum lum_alpha_mode alpha_mode;
     bool straight;                    /* a solid that bends no light where it is smooth */
@@ -49,6 +53,12 @@ struct lum_material {
 /* True when the material lets light through or mirrors without spread, so that a deferred method must recurse. Where a
  * texture sets the roughness it is never below LUM_ALPHA_MIN, so that this depends on the material alone. */
 bool lum_material_is_specular(const struct lum_material *m);
+
+/* True when facets lean farther one way than across: of such a surface lum_surface has the tangent. */
+static inline bool lum_material_is_brushed(const struct lum_material *m)
+{
+    return m->brushed != NULL;
+}
 
 /* Ways of scattering that some point of the material may have, whatever its textures say; 0: it reflects nothing. */
 enum {

@@ -59,6 +59,8 @@ struct lum_material_desc {
     struct lum_rgb sheen_color;           /* 0..1: of fuzz that stands on all of it */
     float sheen_roughness;                /* 0..1 */
     float clearcoat, clearcoat_roughness; /* 0..1: a clear coat over all of it, how much and how rough */
+    float anisotropy;                     /* 0..1: brushed, KHR_materials_anisotropy */
+    double anisotropy_rotation_deg;       /* of the stretch of highlights, from the tangent to the bitangent */
     struct lum_rgb attenuation_color;     /* inside a solid, after attenuation_distance_m */
     double attenuation_distance_m;        /* +inf: clear */
     struct lum_rgb emission;              /* chromaticity, luminance 1; times emission_cd_m2 */

@@ -31,6 +31,7 @@ void lum_mesh_unref(struct lum_mesh *mesh)
     lum_free(mesh->positions);
     lum_free(mesh->normals);
     lum_free(mesh->uvs);
+    lum_free(mesh->tangents);
     lum_free(mesh->colors);
     lum_free(mesh->indices);
     lum_free(mesh);

@@ -12,6 +12,8 @@ struct lum_scene;
 
 struct lum_mesh *lum_mesh_ref(struct lum_mesh *mesh);
 void lum_mesh_unref(struct lum_mesh *mesh);
+/* Where there is uv, unless they are there: tangent.c. False: no memory. */
+bool lum_mesh_make_tangents(struct lum_mesh *mesh);
 struct lum_image *lum_image_ref(struct lum_image *image);
 void lum_image_unref(struct lum_image *image);
 

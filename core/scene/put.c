@@ -1,5 +1,6 @@
 /* Materials, objects, lights, cameras and media: checked, then stored. */
 #include "core/light/web.h"
+#include "core/material/brushed.h"
 #include "core/scene/light_kind.h"
 #include "core/scene/tables.h"
 
@@ -22,6 +23,8 @@ static enum lum_status check_material_numbers(const struct lum_material_desc *d,
         {"sheen_roughness", (double)d->sheen_roughness, 0, 1},
         {"clearcoat", (double)d->clearcoat, 0, 1},
         {"clearcoat_roughness", (double)d->clearcoat_roughness, 0, 1},
+        {"anisotropy", (double)d->anisotropy, 0, 1},
+        {"anisotropy_rotation_deg", d->anisotropy_rotation_deg, -3600, 3600},
         {"normal_scale", (double)d->normal_scale, -100, 100},
         {"emission_cd_m2", d->emission_cd_m2, 0, LUM_POWER_MAX},
         {"alpha", (double)d->alpha, 0, 1},
@@ -103,6 +106,23 @@ static enum lum_status bind_textures(const struct lum_scene *scene, struct lum_m
     return LUM_OK;
 }
 
+/* Those of the material that it replaces, where they serve: while it is as rough, or a texture says how rough it is. */
+static enum lum_status find_brushed(const struct lum_scene *scene, const char *id, const struct lum_material_desc *d,
+                                    bool textured, struct lum_brushed_table **ret_table, struct lum_error *err)
+{
+    const struct lum_entry *base = lum_entry_find(&scene->tables[LUM_ENTITY_MATERIAL], id);
+    const struct lum_material_entry *old = (const struct lum_material_entry *)base;
+    *ret_table = NULL;
+    if (!(d->anisotropy > 0.0f))
+        return LUM_OK;
+    bool same = old && old->brushed && old->desc.anisotropy == d->anisotropy &&
+                textured == (old->images[LUM_SLOT_METALLIC_ROUGHNESS] != NULL) &&
+                (textured || old->desc.roughness == d->roughness);
+    *ret_table = same ? lum_brushed_table_ref(old->brushed)
+                      : lum_brushed_table_create(d->anisotropy, textured ? -1.0f : d->roughness * d->roughness);
+    return *ret_table ? LUM_OK : lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for a brushed material");
+}
+
 enum lum_status lum_scene_put_material(struct lum_scene *scene, const char *id, const struct lum_material_desc *desc,
                                        struct lum_error *err)
 {
@@ -113,11 +133,19 @@ enum lum_status lum_scene_put_material(struct lum_scene *scene, const char *id, 
         status = bind_textures(scene, &d, images, err);
     struct lum_entry *base = NULL;
     struct lum_table *table = &scene->tables[LUM_ENTITY_MATERIAL];
+    struct lum_brushed_table *brushed = NULL;
     if (status == LUM_OK)
         status = lum_table_open(table, id, sizeof(struct lum_material_entry), &base, err);
     if (status != LUM_OK)
         return status;
+    status = find_brushed(scene, id, &d, images[LUM_SLOT_METALLIC_ROUGHNESS] != NULL, &brushed, err);
+    if (status != LUM_OK) {
+        lum_table_drop(table, base);
+        return status;
+    }
     struct lum_material_entry *entry = (struct lum_material_entry *)base;
+    lum_brushed_table_unref(entry->brushed);
+    entry->brushed = brushed;
     for (int i = 0; i < LUM_SLOT_COUNT; i++) {
         lum_entry_move_use(entry->images[i], images[i]);
         entry->images[i] = images[i];

@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+#include "core/material/brushed.h"
 #include "core/math/sampler.h"
 #include "core/scene/parts.h"
 
@@ -64,6 +65,10 @@ static void resolve_material(struct lum_material *out, const struct lum_material
     out->sheen_roughness = d->sheen_roughness;
     out->clearcoat = d->clearcoat;
     out->clearcoat_roughness = d->clearcoat_roughness;
+    double stretch = d->anisotropy_rotation_deg * (double)LUM_PI / 180.0;
+    out->brushed = entry->brushed ? lum_brushed_table_ref(entry->brushed) : NULL;
+    out->anisotropy = d->anisotropy;
+    out->stretch = (struct lum_vec2){(float)cos(stretch), (float)sin(stretch)};
     out->normal_scale = d->normal_scale;
     out->alpha = d->alpha;
     out->alpha_cutoff = d->alpha_cutoff;
@@ -105,6 +110,7 @@ void lum_material_part_unref(struct lum_material_part *part)
         lum_image_unref((struct lum_image *)m->metallic_roughness_tex.image);
         lum_image_unref((struct lum_image *)m->emission_tex.image);
         lum_image_unref((struct lum_image *)m->normal_tex.image);
+        lum_brushed_table_unref(m->brushed);
     }
     lum_free(part->items);
     lum_free(part);
@@ -181,6 +187,10 @@ enum lum_status lum_resolve_instances(const struct lum_scene *scene, const struc
             part->n++;
         else
             memset(&items[part->n], 0, sizeof *items);
+        if (o->material->brushed && !lum_mesh_make_tangents(o->mesh->mesh)) {
+            lum_instance_part_unref(part);
+            return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for tangents of \"%s\"", o->mesh->base.id);
+        }
     }
     *ret_part = part;
     return LUM_OK;

@@ -242,6 +242,31 @@ static void set_uv(struct lum_surface *s, const struct lum_instance *instance, c
     s->dpdv = lum_v3_mul(lum_v3_sub(lum_v3_mul(e2, u1), lum_v3_mul(e1, u2)), inverse);
 }
 
+/* Which way a surface is brushed. Where there is no uv, or it says nothing, about the object's y axis as the lines on a
+ * turned part run; on what faces along that axis, its x axis. n: of the front, scene. */
+static void set_tangent(struct lum_surface *s, const struct lum_instance *instance, const struct triangle *t,
+                        struct lum_vec3 n)
+{
+    const struct lum_affine *m = &instance->local_to_scene;
+    if (instance->mesh->uvs) {
+        s->tangent = s->dpdu;
+        s->bitangent = lum_v3_neg(s->dpdv);
+    }
+    if (instance->mesh->tangents) {
+        struct lum_vec3 mean = lum_affine_vector(m, blend3(instance->mesh->tangents, t));
+        if (lum_dot(mean, mean) > 0.0f)
+            s->tangent = mean;
+    }
+    if (lum_dot(s->tangent, s->tangent) > 0.0f)
+        return;
+    struct lum_vec3 up = lum_normalize(lum_affine_vector(m, lum_v3(0.0f, 1.0f, 0.0f)));
+    struct lum_vec3 about = lum_cross(up, n);
+    if (!(lum_dot(about, about) > 1e-6f))
+        about = lum_affine_vector(m, lum_v3(1.0f, 0.0f, 0.0f));
+    s->tangent = about;
+    s->bitangent = lum_cross(n, about);
+}
+
 static void triangle_surface(const struct lum_snapshot *snapshot, const struct lum_hits *hits, uint32_t i,
                              struct lum_vec3 d, struct lum_surface *s)
 {
@@ -268,8 +293,12 @@ static void triangle_surface(const struct lum_snapshot *snapshot, const struct l
         if (side != 0.0f)
             s->ns = side < 0.0f ? lum_v3_neg(n) : n;
     }
+    const struct lum_material *material = &snapshot->materials[s->material];
+    bool brushed = lum_material_is_brushed(material);
     if (mesh->uvs)
-        set_uv(s, instance, &t, snapshot->materials[s->material].normal_tex.image != NULL);
+        set_uv(s, instance, &t, material->normal_tex.image || brushed);
+    if (brushed)
+        set_tangent(s, instance, &t, s->backface ? lum_v3_neg(s->ns) : s->ns);
     if (mesh->colors) {
         struct lum_vec3 c = blend3(mesh->colors, &t);
         s->vertex_color = lum_rgb(c.x, c.y, c.z);

@@ -44,10 +44,10 @@ void lum_bounds_grow(struct lum_bounds *inout_box, struct lum_vec3 p);
 struct lum_mesh {
     struct lum_refs refs;
     struct lum_accel_mesh *accel;
-    float *positions;    /* 3 per vertex */
-    float *normals;      /* 3 per vertex, unit; or NULL */
-    float *uvs, *colors; /* 2, 3 per vertex; or NULL */
-    uint32_t *indices;   /* 3 per triangle */
+    float *positions;          /* 3 per vertex */
+    float *normals, *tangents; /* 3 per vertex, unit; or NULL. tangents: lum_mesh_make_tangents */
+    float *uvs, *colors;       /* 2, 3 per vertex; or NULL */
+    uint32_t *indices;         /* 3 per triangle */
     uint32_t n_vertices, n_triangles;
     struct lum_vec3 bounds_lo, bounds_hi; /* of the triangles; lo > hi when there is none */
     struct lum_affined local_to_given;    /* normalised local -> the coordinates that the client gave */

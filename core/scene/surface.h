@@ -26,6 +26,8 @@ struct lum_surface {
     /* Change of position with uv over the triangle, scene space, not unit; 0 without uvs and where
      * the material has no normal map. lum_bsdf_init applies those: ns here is the interpolated vertex normal. */
     struct lum_vec3 dpdu, dpdv;
+    struct lum_vec3 tangent, bitangent; /* where the material is brushed: along growing u, and falling v;
+                                         * without uv about the object's y axis, and up it. Not unit */
 };
 
 /* Fills *ret_surface for hit i of a batch whose ray had direction d. The caller checked object != LUM_NO_OBJECT. */

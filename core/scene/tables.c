@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/light/web.h"
+#include "core/material/brushed.h"
 #include "core/scene/parts.h"
 
 /* ---- tables ---- */
@@ -183,6 +184,7 @@ static void entry_destroy(enum lum_entity kind, struct lum_entry *entry)
     case LUM_ENTITY_MATERIAL:
         for (int i = 0; i < LUM_SLOT_COUNT; i++)
             lum_entry_move_use(((struct lum_material_entry *)entry)->images[i], NULL);
+        lum_brushed_table_unref(((struct lum_material_entry *)entry)->brushed);
         break;
     case LUM_ENTITY_OBJECT:
         lum_entry_move_use(((struct lum_object_entry *)entry)->mesh, NULL);

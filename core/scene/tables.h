@@ -42,6 +42,7 @@ struct lum_material_entry {
     struct lum_entry base;
     struct lum_material_desc desc; /* image ids are NULL: see images */
     struct lum_image_entry *images[LUM_SLOT_COUNT];
+    struct lum_brushed_table *brushed; /* NULL: it is rough alike all ways */
 };
 
 struct lum_object_entry {

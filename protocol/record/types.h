@@ -39,6 +39,7 @@ struct lum_record_material {
     struct lum_record_texture base_color_texture, metallic_roughness_texture, emission_texture, normal_texture;
     double normal_scale, metallic, roughness, ior, specular, specular_color[3], transmission;
     double diffuse_transmittance[3], sheen_color[3], sheen_roughness, clearcoat, clearcoat_roughness;
+    double anisotropy, anisotropy_rotation_deg;
     bool thin;
     double attenuation_color[3];
     struct lum_opt attenuation_distance; /* metres; null: clear */

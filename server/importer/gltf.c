@@ -17,10 +17,13 @@ static const char *const supported[] = {
     "EXT_meshopt_compression",
     "KHR_animation_pointer", /* nothing moves */
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_diffuse_transmission",
+    "KHR_materials_sheen",
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",

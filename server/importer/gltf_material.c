@@ -5,6 +5,8 @@
 #include "server/importer/gltf.h"
 #include "server/importer/gltf_json.h"
 
+#define PI 3.14159265358979323846
+
 static const double unit_range[2] = {0.0, 1.0};
 
 struct texture {
@@ -19,6 +21,7 @@ struct look {
     double base_color[4];
     double metallic, roughness, ior, specular, specular_color[3], transmission, normal_scale;
     double diffuse_transmittance[3], sheen_color[3], sheen_roughness, clearcoat, clearcoat_roughness;
+    double anisotropy, anisotropy_rotation_deg;
     bool thin, has_attenuation, unlit, double_sided;
     double attenuation_color[3], attenuation_distance;
     double emission[3]; /* cd/m2 by channel */
@@ -169,6 +172,18 @@ static void read_sheen(struct lum_gltf *g, const cJSON *o, struct look *m)
         lum_gltf_warn(g, "the textures of KHR_materials_sheen are not supported; its factors are used alone");
 }
 
+/* Without its texture, whose directions turn from place to place, strength and direction are those of the factors. */
+static void read_anisotropy(struct lum_gltf *g, const cJSON *o, struct look *m)
+{
+    const cJSON *ext = lum_gltf_extension(g, o, "KHR_materials_anisotropy");
+    if (!ext || m->unlit)
+        return;
+    m->anisotropy = lum_gltf_clamped(g, ext, "anisotropyStrength", 0.0, unit_range);
+    m->anisotropy_rotation_deg = fmod(lum_gltf_number(g, ext, "anisotropyRotation", 0.0) * 180.0 / PI, 360.0);
+    if (m->anisotropy > 0.0 && lum_gltf_object(g, ext, "anisotropyTexture"))
+        lum_gltf_warn(g, "the texture of KHR_materials_anisotropy is not supported; its factors are used alone");
+}
+
 static void read_clearcoat(struct lum_gltf *g, const cJSON *o, struct look *m)
 {
     const cJSON *ext = lum_gltf_extension(g, o, "KHR_materials_clearcoat");
@@ -211,7 +226,6 @@ static void read_alpha(struct lum_gltf *g, const cJSON *o, struct look *m)
 static void warn_left_out(struct lum_gltf *g, const cJSON *o)
 {
     static const char *const names[] = {
-        "KHR_materials_anisotropy",
         "KHR_materials_iridescence",
         "KHR_materials_dispersion",
     };
@@ -249,6 +263,7 @@ static bool read_look(struct lum_gltf *g, const cJSON *o, struct look *m)
     read_diffuse_transmission(g, o, m);
     read_sheen(g, o, m);
     read_clearcoat(g, o, m);
+    read_anisotropy(g, o, m);
     read_emission(g, o, m);
     read_alpha(g, o, m);
     read_texture(g, o, "normalTexture", true, &m->normal_texture);
@@ -337,6 +352,10 @@ static enum lum_status send_look(struct lum_gltf *g, const char *id, const struc
     if (m->sheen_color[0] + m->sheen_color[1] + m->sheen_color[2] > 0.0) {
         lum_op_numbers(&op, "sheen_color", m->sheen_color, 3);
         lum_op_number(&op, "sheen_roughness", m->sheen_roughness);
+    }
+    if (m->anisotropy > 0.0) {
+        lum_op_number(&op, "anisotropy", m->anisotropy);
+        lum_op_number(&op, "anisotropy_rotation_deg", m->anisotropy_rotation_deg);
     }
     if (m->clearcoat > 0.0) {
         lum_op_number(&op, "clearcoat", m->clearcoat);

@@ -167,6 +167,8 @@ enum lum_status lum_apply_material(const struct lum_record *r, struct lum_materi
         .sheen_roughness = (float)m->sheen_roughness,
         .clearcoat = (float)m->clearcoat,
         .clearcoat_roughness = (float)m->clearcoat_roughness,
+        .anisotropy = (float)m->anisotropy,
+        .anisotropy_rotation_deg = m->anisotropy_rotation_deg,
         .thin = m->thin,
         .attenuation_color = rgb(m->attenuation_color),
         .attenuation_distance_m = m->attenuation_distance.set ? m->attenuation_distance.value : (double)INFINITY,

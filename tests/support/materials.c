@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "core/accel/accel.h"
+#include "core/material/brushed.h"
 
 struct lum_material plain(float roughness)
 {
@@ -36,6 +37,19 @@ struct lum_material glass(float roughness, float ior)
     struct lum_material m = plain(roughness);
     m.transmission = 1.0f;
     m.ior = ior;
+    return m;
+}
+
+struct lum_material brushed(struct lum_material m)
+{
+    enum { STRENGTH = 7 };
+    static const struct lum_brushed_table *table; /* for all that a test asks of it */
+    if (!table)
+        table = lum_brushed_table_create(STRENGTH * 0.1f, -1.0f);
+    assert_non_null(table);
+    m.brushed = table;
+    m.anisotropy = STRENGTH * 0.1f;
+    m.stretch = (struct lum_vec2){0.6f, 0.8f};
     return m;
 }
 
@@ -118,6 +132,24 @@ struct lum_material variant(int i, float roughness)
         m.clearcoat = 0.6f;
         m.clearcoat_roughness = roughness;
         return m;
+    case 18:
+        return brushed(metal(roughness));
+    case 19: /* plastic */
+        m.base_color = lum_rgb(0.9f, 0.5f, 0.1f);
+        return brushed(m);
+    case 20:
+        return brushed(glass(roughness, 1.5f));
+    case 21: /* a pane, in part metal */
+        m = glass(roughness, 1.5f);
+        m.metallic = 0.3f;
+        m.thin = true;
+        return brushed(m);
+    case 22: /* a sheet under its coat and a clear one */
+        m.thin = true;
+        m.base_color = m.diffuse_transmittance = lum_grey(0.5f);
+        m.clearcoat = 0.7f;
+        m.clearcoat_roughness = 0.4f;
+        return brushed(m);
     default: /* a coated sheet, in part glass, in part metal */
         m.thin = true;
         m.metallic = m.transmission = 0.3f;
@@ -130,8 +162,13 @@ struct lum_material variant(int i, float roughness)
 struct lum_surface surface(bool backface)
 {
     struct lum_vec3 up = {0.0f, 0.0f, 1.0f};
-    return (struct lum_surface){
-        .ng = up, .ns = up, .backface = backface, .vertex_color = {1.0f, 1.0f, 1.0f}, .instance = LUM_NO_OBJECT};
+    return (struct lum_surface){.ng = up,
+                                .ns = up,
+                                .backface = backface,
+                                .vertex_color = {1.0f, 1.0f, 1.0f},
+                                .instance = LUM_NO_OBJECT,
+                                .tangent = {1.0f, 0.0f, 0.0f},
+                                .bitangent = {0.0f, 1.0f, 0.0f}};
 }
 
 struct lum_vec3 direction(double cos_theta, double phi)

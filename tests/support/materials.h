@@ -17,10 +17,12 @@ struct lum_material plain(float roughness);
 struct lum_material matte(void);
 struct lum_material metal(float roughness);
 struct lum_material glass(float roughness, float ior);
+/* Stretched by 0.7 along (0.6, 0.8). */
+struct lum_material brushed(struct lum_material m);
 /* Every branch of the mix. */
 struct lum_material variant(int i, float roughness);
 
-enum { N_VARIANTS = 18 };
+enum { N_VARIANTS = 23 };
 
 struct lum_surface surface(bool backface);
 struct lum_vec3 direction(double cos_theta, double phi);

@@ -139,6 +139,8 @@ static void put_material(struct rig *r, const char *id, const struct random_item
     m.clearcoat_roughness = PICK(item, 17, rough);
     m.sheen_color = lum_rgb(0.0f, PICK(item, 18, coats), 0.0f);
     m.sheen_roughness = PICK(item, 19, rough);
+    m.anisotropy = PICK(item, 20, coats);
+    m.anisotropy_rotation_deg = (double)PICK(item, 21, rough) * 90.0;
     rig_material(r, id, &m);
 }
 

@@ -5,17 +5,22 @@
 
 #include "tests/unit/gltf_text.h"
 
+/* A file may say that nothing is to be shown that lacks them. */
+#define REQUIRED                                                                                                       \
+    "\"extensionsRequired\":[\"KHR_materials_anisotropy\",\"KHR_materials_clearcoat\",\"KHR_materials_sheen\","        \
+    "\"KHR_materials_diffuse_transmission\"],"
+
 /* A file with one triangle of the given material. */
 static const struct lum_record_material *import_material(struct kit *k, const char *material)
 {
     char json[4096];
-    snprintf(
-        json, sizeof json,
-        TRIANGLE(SCENE0) "\"materials\":[%s],\"images\":[{\"uri\":\"p.png\",\"name\":\"pic\"}],"
-                         "\"samplers\":[{\"wrapS\":33071,\"wrapT\":33648}],\"textures\":[{\"source\":0,\"sampler\":0}],"
-                         "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"material\":0}]}],"
-                         "\"nodes\":[{\"mesh\":0}]}",
-        material);
+    snprintf(json, sizeof json,
+             TRIANGLE(SCENE0) REQUIRED
+             "\"materials\":[%s],\"images\":[{\"uri\":\"p.png\",\"name\":\"pic\"}],"
+             "\"samplers\":[{\"wrapS\":33071,\"wrapT\":33648}],\"textures\":[{\"source\":0,\"sampler\":0}],"
+             "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"material\":0}]}],"
+             "\"nodes\":[{\"mesh\":0}]}",
+             material);
     assert_true(kit_import_gltf(k, json, triangle, 36));
     return &kit_only(k, LUM_RECORD_MATERIAL)->material;
 }
@@ -103,7 +108,7 @@ static void dielectric_extensions(void **state)
                 "\"KHR_materials_specular\":{\"specularFactor\":0.5,\"specularColorFactor\":[1,2,3]},"
                 "\"KHR_materials_transmission\":{\"transmissionFactor\":0.75},"
                 "\"KHR_materials_volume\":{\"thicknessFactor\":1,\"attenuationDistance\":2,"
-                "\"attenuationColor\":[0.5,0.25,1]},\"KHR_materials_anisotropy\":{}}}");
+                "\"attenuationColor\":[0.5,0.25,1]},\"KHR_materials_iridescence\":{}}}");
     assert_near_all(m->base_color, (double[]){0.1, 0.2, 0.3}, 3);
     assert_true(m->alpha == 0.4 && m->metallic == 0.25 && m->roughness == 0.5 && m->ior == 1.25 && m->specular == 0.5);
     assert_near_all(m->specular_color, (double[]){1, 2, 3}, 3);
@@ -112,7 +117,7 @@ static void dielectric_extensions(void **state)
     assert_true(m->attenuation_distance.set && m->attenuation_distance.value == 2.0);
     assert_string_equal(m->alpha_mode, "mask");
     assert_true(m->alpha_cutoff == 0.75 && !m->unlit);
-    assert_true(kit_warned(*state, "KHR_materials_anisotropy"));
+    assert_true(kit_warned(*state, "KHR_materials_iridescence"));
     m = import_material(*state, "{\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":1}}}");
     assert_true(m->thin && m->transmission == 1.0); /* no volume: the surface bends nothing */
 }
@@ -188,6 +193,24 @@ static void sheen(void **state)
     assert_near_all(m->sheen_color, (double[]){0, 0, 0}, 3);
 }
 
+static void anisotropy(void **state)
+{
+    const struct lum_record_material *m =
+        import_material(*state, "{\"extensions\":{\"KHR_materials_anisotropy\":{\"anisotropyStrength\":0.75,"
+                                "\"anisotropyRotation\":-1.5707963267948966,\"anisotropyTexture\":{\"index\":0}}}}");
+    assert_true(m->anisotropy == 0.75);
+    assert_near_all(&m->anisotropy_rotation_deg, (double[]){-90.0}, 1);
+    assert_true(kit_warned(*state, "KHR_materials_anisotropy"));
+    static const char *const bare[] = {
+        "{\"extensions\":{\"KHR_materials_anisotropy\":{\"anisotropyRotation\":1}}}",
+        "{\"extensions\":{\"KHR_materials_unlit\":{},\"KHR_materials_anisotropy\":{\"anisotropyStrength\":1}}}",
+        "{}",
+    };
+    for (size_t i = 0; i < sizeof bare / sizeof bare[0]; i++)
+        assert_true(import_material(*state, bare[i])->anisotropy == 0.0);
+    assert_false(kit_warned(*state, "KHR_materials_anisotropy"));
+}
+
 static void specular_glossiness(void **state)
 {
     const struct lum_record_material *m = import_material(
@@ -254,6 +277,7 @@ int main(void)
         TEST(diffuse_transmission),
         TEST(clearcoat),
         TEST(sheen),
+        TEST(anisotropy),
         TEST(specular_glossiness),
         TEST(textures),
         TEST(missing_picture_is_a_warning),

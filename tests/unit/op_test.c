@@ -179,6 +179,10 @@ static void rules(void **state)
     expect("{'op':'add','type':'material','id':'x','clearcoat':1,'clearcoat_roughness':0.3}", NULL, NULL);
     expect("{'op':'add','type':'material','id':'x','sheen_color':[1,0.5,0],'sheen_roughness':0.3}", NULL, NULL);
     expect("{'op':'add','type':'material','id':'x','sheen_color':[0,0,1.1]}", "invalid_value", "sheen_color/2");
+    expect("{'op':'add','type':'material','id':'x','anisotropy':1,'anisotropy_rotation_deg':-90}", NULL, NULL);
+    expect("{'op':'add','type':'material','id':'x','anisotropy':-0.1}", "invalid_value", "anisotropy");
+    expect("{'op':'add','type':'material','id':'x','anisotropy_rotation_deg':1e5}", "invalid_value",
+           "anisotropy_rotation_deg");
     expect("{'op':'add','type':'material','id':'x','clearcoat':1.1}", "invalid_value", "clearcoat");
     expect("{'op':'add','type':'material','id':'x','clearcoat_roughness':-0.1}", "invalid_value",
            "clearcoat_roughness");

@@ -90,6 +90,7 @@ static void edit_material(struct editor *e, uint32_t k)
     m.sheen_color = lum_grey(m.roughness > 0.6f ? 0.5f : 0.0f); /* cloth */
     if (m.base_color.r > 0.7f)                                  /* lacquered */
         m.clearcoat = m.base_color.r, m.clearcoat_roughness = m.roughness > 0.5f ? 0.0f : 0.4f;
+    m.anisotropy = m.metallic > 0.0f ? m.base_color.r : 0.0f; /* brushed */
     m.attenuation_color = lum_rgb(0.5f, 0.9f, 0.3f);
     m.attenuation_distance_m = 0.3;
     double emission = 30.0 * (e->steady ? 0.5 : random_double(&e->random));

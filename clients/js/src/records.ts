@@ -145,6 +145,10 @@ export interface Material {
     clearcoat?: number;
     /** 0 to 1; default 0; of that: GGX alpha = clearcoat_roughness^2; 0: a mirror */
     clearcoat_roughness?: number;
+    /** 0 to 1; default 0; brushed: how far highlights are stretched; 1: alpha along the stretch is 1 */
+    anisotropy?: number;
+    /** deg; -3600 to 3600; default 0; of the stretch: 0 along +u, 90 along -v of uv */
+    anisotropy_rotation_deg?: number;
     /** default false; a surface without volume: transmission does not bend */
     thin?: boolean;
     /** 3; 0 to 1; default 1 1 1; what is left after attenuation_distance */

@@ -85,6 +85,8 @@ class Material(TypedDict, total=False):
     sheen_roughness: float  # 0 to 1; default 0; of that; below 0.27 it is as at 0.27
     clearcoat: float  # 0 to 1; default 0; how much of a clear lacquer lies over all of it
     clearcoat_roughness: float  # 0 to 1; default 0; of that: GGX alpha = clearcoat_roughness^2; 0: a mirror
+    anisotropy: float  # 0 to 1; default 0; brushed: how far highlights are stretched; 1: alpha along the stretch is 1
+    anisotropy_rotation_deg: float  # deg; -3600 to 3600; default 0; of the stretch: 0 along +u, 90 along -v of uv
     thin: bool  # default false; a surface without volume: transmission does not bend
     attenuation_color: Sequence[float]  # 3; 0 to 1; default 1 1 1; what is left after attenuation_distance
     attenuation_distance: float | None  # m; 1e-09 to 1e9; null: clear

@@ -21,7 +21,9 @@
 #include "core/math/warp.h"
 #include "core/scene/surface.h"
 
-#define GLOSS_POINTS 4u /* of a lamp that a lobe is asked at, of LUM_AREA_POINTS where the pixel knows them all */
+/* Of a lamp that a lobe is asked at; of LUM_AREA_POINTS where the pixel knows them all, and where it is brushed: long
+ * and sharp, it would show four as a pattern. */
+#define GLOSS_POINTS 4u
 
 /* A pixel that light can be summed at. */
 struct vertex {
@@ -56,16 +58,16 @@ static float light_pdf(const struct resolve *v, struct lum_vec3 p, const struct 
     return lum_light_pdf(unit, v->layer->index, p, ls->wi, lum_v3_mad(p, ls->wi, ls->distance), l->n);
 }
 
-/* The pixel's view of some strata that arrive, at least in part. Returns how many. */
-static uint32_t look_for_gloss(const struct resolve *v, size_t pixel, float ratio,
+/* The pixel's view of some strata, or of all, that arrive, at least in part. Returns how many. */
+static uint32_t look_for_gloss(const struct resolve *v, size_t pixel, float ratio, bool brushed,
                                struct lum_light_sample ret_sample[LUM_AREA_POINTS], float ret_weight[LUM_AREA_POINTS])
 {
     struct lum_visibility own = v->layer->area.visibility[pixel];
-    bool whole = lum_visibility_whole(own);
+    bool all = brushed || lum_visibility_whole(own);
     uint32_t n = 0, subset = lum_pattern_subset(LUM_AREA_SIDE, (uint32_t)(pixel % v->pass->tiling.w),
                                                 (uint32_t)(pixel / v->pass->tiling.w));
     /* Numbers that agree in their lower two bits are a (0,2,2)-net; the pixels of a 2 x 2 block take one each. */
-    uint32_t first = whole ? 0 : (subset ^ subset >> 2) & 3u, step = whole ? 1 : LUM_AREA_POINTS / GLOSS_POINTS;
+    uint32_t first = all ? 0 : (subset ^ subset >> 2) & 3u, step = all ? 1 : LUM_AREA_POINTS / GLOSS_POINTS;
     struct lum_area_view view;
     lum_area_look(v->pass, v->layer, pixel, &view);
     for (uint32_t k = first; k < LUM_AREA_POINTS; k += step) {
@@ -85,7 +87,7 @@ static struct lum_rgb gloss(const struct resolve *v, uint32_t i, size_t pixel, f
     struct lum_vec3 p = v->pass->surfaces->p[pixel], wi[LUM_AREA_POINTS];
     struct lum_rgb f[LUM_AREA_POINTS], sum = lum_grey(0.0f);
     float weight[LUM_AREA_POINTS], pdf_sa[LUM_AREA_POINTS];
-    uint32_t n = look_for_gloss(v, pixel, ratio, sample, weight);
+    uint32_t n = look_for_gloss(v, pixel, ratio, v->bsdf[i].brushed, sample, weight);
     bool shared = v->pass->on[LUM_EFFECT_GLOSSY]; /* another estimator finds the light, too */
     float even_pdf = shared ? lum_light_even_pdf(&v->pass->layers->unit, v->layer->index, p) : 0.0f;
     for (uint32_t k = 0; k < n; k++)
