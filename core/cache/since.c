@@ -158,11 +158,11 @@ static uint32_t segments_meet(const struct lum_vpl_set *set, uint32_t k, struct 
 {
     const struct lum_vec3 o = lum_v3_sub(from, box->middle), s = lum_vpl_seen_from(set, k, from), e = box->half;
     const float *px = set->px + k, *py = set->py + k, *pz = set->pz + k;
-    const bool windows = k >= lum_vpl_first_window(set);
+    const bool portals = k >= lum_vpl_first_portal(set);
     uint32_t met = 0;
     for (uint32_t i = 0; i < LUM_LANES; i++) {
         float x = px[i] - s.x, y = py[i] - s.y, z = pz[i] - s.z;
-        float half = 0.5f * (windows ? LUM_VPL_FAR / sqrtf(x * x + y * y + z * z) : 1.0f);
+        float half = 0.5f * (portals ? LUM_VPL_FAR / sqrtf(x * x + y * y + z * z) : 1.0f);
         x *= half, y *= half, z *= half;
         met |= meets(o.x + x, o.y + y, o.z + z, x, y, z, e) ? lum_lane_bit[i] : 0u;
     }

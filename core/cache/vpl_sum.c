@@ -15,7 +15,7 @@ uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver 
 {
     const struct lum_vec3 n = at->n, g = at->ng;
     uint64_t all = 0;
-    if (64 * word >= lum_vpl_first_window(set) && !lum_vpl_sees_windows(set, at->p))
+    if (64 * word >= lum_vpl_first_portal(set) && !lum_vpl_sees_portals(set, at->p))
         return 0;
     for (uint32_t k = 64 * word; k < set->n && k < 64 * (word + 1); k += LANES) { /* padding faces nothing */
         const struct lum_vec3 p = lum_vpl_seen_from(set, k, at->p);
@@ -365,14 +365,14 @@ static void add_packed(struct sum_job *job, struct packed *packed)
     packed->n_lanes = 0;
 }
 
-/* Points in openings that it sees: bits of their word. */
-static void add_windows(struct sum_job *job, const struct lum_vpl_set *set, uint64_t bits)
+/* Points in portals that it sees: bits of their word. */
+static void add_portals(struct sum_job *job, const struct lum_vpl_set *set, uint64_t bits)
 {
     const struct lum_light *sky = &job->snapshot->lights.lights[set->sky];
     for (; bits; bits &= bits - 1) {
-        uint32_t slot = lum_vpl_first_window(set) + (uint32_t)__builtin_ctzll(bits);
-        struct lum_window_term term;
-        if (!lum_vpl_window_term(set, sky, slot, job->at->p, job->at->n, &term))
+        uint32_t slot = lum_vpl_first_portal(set) + (uint32_t)__builtin_ctzll(bits);
+        struct lum_portal_term term;
+        if (!lum_vpl_portal_term(set, sky, slot, job->at->p, job->at->n, &term))
             continue;
         struct lum_rgb flux = lum_rgb_scale(term.radiance, LUM_PI * job->per_sky_point);
         if (job->left)
@@ -402,8 +402,8 @@ void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receive
                           .snapshot = snapshot,
                           .media = media};
     struct packed packed = {.n_lanes = 0};
-    const bool windows = lum_vpl_sees_windows(set, at->p);
-    for (uint32_t w = 0; 64 * w < lum_vpl_first_window(set); w++) {
+    const bool portals = lum_vpl_sees_portals(set, at->p);
+    for (uint32_t w = 0; 64 * w < lum_vpl_first_portal(set); w++) {
         bool sky = 64 * w >= lum_vpl_first_sky(set);
         if (packed.n_lanes > 0 && sky != packed.sky)
             add_packed(&job, &packed);
@@ -411,7 +411,7 @@ void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receive
         for (uint64_t bits = visible[w]; bits; bits &= bits - 1) {
             uint32_t slot = 64 * w + (uint32_t)__builtin_ctzll(bits);
             pack(&packed, set, slot);
-            if (sky && windows)
+            if (sky && portals)
                 dim(&packed, packed.n_lanes - 1,
                     lum_grey(lum_vpl_dome_weight(set, &snapshot->lights.lights[set->sky], slot, at->p)));
             if (packed.n_lanes == LANES)
@@ -421,8 +421,8 @@ void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receive
     if (packed.n_lanes > 0)
         add_packed(&job, &packed);
     add_lanes(job.sum, &job.lanes);
-    if (windows)
-        add_windows(&job, set, visible[lum_vpl_first_window(set) / 64]);
+    if (portals)
+        add_portals(&job, set, visible[lum_vpl_first_portal(set) / 64]);
     struct lum_rgb values[4];
     for (uint32_t q = 0; q < 4; q++)
         values[q] =

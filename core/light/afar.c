@@ -3,7 +3,7 @@
 
 #include "core/accel/trace.h"
 #include "core/light/environment.h"
-#include "core/light/openings.h"
+#include "core/light/portals.h"
 #include "core/math/warp.h"
 #include "core/scene/snapshot.h"
 
@@ -53,16 +53,16 @@ static void seen_faces(const struct box *b, const float d[3], float ret_area[3])
         ret_area[k] = fabsf(d[k]) * b->face[k];
 }
 
-/* Half of what comes from afar is aimed at openings, where any face it: rays by both ways weigh by both. */
+/* Half of what comes from afar is aimed at portals, where any face it: rays by both ways weigh by both. */
 #define AIMED 0.5f
 
 static bool faces(uint32_t face, struct lum_vec3 d)
 {
-    return lum_dot(lum_openings_normal(face), d) > 0.0f;
+    return lum_dot(lum_portals_normal(face), d) > 0.0f;
 }
 
 /* Number of open cells that light in direction d may enter by. */
-static uint32_t count_facing(const struct lum_openings *o, struct lum_vec3 d)
+static uint32_t count_facing(const struct lum_portals *o, struct lum_vec3 d)
 {
     uint32_t n = 0;
     for (uint32_t face = 0; o && o->n > 0 && face < 6; face++)
@@ -71,7 +71,7 @@ static uint32_t count_facing(const struct lum_openings *o, struct lum_vec3 d)
 }
 
 /* Point u of the one that u.x picks among those n. */
-static struct lum_vec3 point_of_facing(const struct lum_openings *o, struct lum_vec3 d, uint32_t n, struct lum_vec2 u)
+static struct lum_vec3 point_of_facing(const struct lum_portals *o, struct lum_vec3 d, uint32_t n, struct lum_vec2 u)
 {
     uint32_t left = (uint32_t)(u.x * (float)n), face = 0;
     u.x = lum_clamp(u.x * (float)n - (float)left, 0.0f, LUM_ONE_MINUS);
@@ -82,7 +82,7 @@ static struct lum_vec3 point_of_facing(const struct lum_openings *o, struct lum_
         left -= of_face;
     }
     struct lum_vec3 inward;
-    return lum_openings_point(o, o->cell[o->first[face] + left], u, &inward);
+    return lum_portals_point(o, o->cell[o->first[face] + left], u, &inward);
 }
 
 /* Back along d from x, within the box, to where light comes into it. */
@@ -96,10 +96,10 @@ static struct lum_vec3 back_to_face(const struct box *b, struct lum_vec3 x, stru
 }
 
 /* Density, over the area of a plane across it, of a line that is aimed at one of n cells; 0: it enters by none. */
-static float density_of_aimed(const struct lum_openings *o, struct lum_vec3 p, struct lum_vec3 d, uint32_t n)
+static float density_of_aimed(const struct lum_portals *o, struct lum_vec3 p, struct lum_vec3 d, uint32_t n)
 {
-    struct lum_opening_hit hit;
-    if (n == 0 || !lum_openings_enter(o, p, d, &hit) || !lum_openings_is_open(o, hit.cell))
+    struct lum_portal_hit hit;
+    if (n == 0 || !lum_portals_enter(o, p, d, &hit) || !lum_portals_is_open(o, hit.cell))
         return 0.0f;
     return 1.0f / ((float)n * hit.area * hit.cosine);
 }
@@ -112,24 +112,24 @@ static bool pick_half(float *inout_u)
     return second;
 }
 
-/* Parallel light with this irradiance on a plane that faces it, evenly over the box as it sees it, or through openings.
+/* Parallel light with this irradiance on a plane that faces it, evenly over the box as it sees it, or through portals.
  */
 static bool emit_parallel(const struct lum_snapshot *s, struct lum_vec3 d, struct lum_rgb irradiance,
-                          const struct lum_openings *openings, struct lum_vec2 u, struct lum_light_ray *ret)
+                          const struct lum_portals *portals, struct lum_vec2 u, struct lum_light_ray *ret)
 {
     struct box b = box_around(s->bounds_lo, s->bounds_hi);
     float to[3] = {d.x, d.y, d.z}, area[3];
     seen_faces(&b, to, area);
-    uint32_t n = count_facing(openings, d);
+    uint32_t n = count_facing(portals, d);
     float all = area[0] + area[1] + area[2], aimed = n > 0 ? AIMED : 0.0f;
     struct lum_vec3 o;
     if (n > 0 && !pick_half(&u.x)) {
-        o = back_to_face(&b, point_of_facing(openings, d, n, u), d);
+        o = back_to_face(&b, point_of_facing(portals, d, n, u), d);
     } else {
         int axis = pick_axis(area, &u.x);
         o = face_point(&b, axis, to[axis] > 0.0f ? -1.0f : 1.0f, u);
     }
-    float density = (1.0f - aimed) / all + aimed * density_of_aimed(openings, o, d, n);
+    float density = (1.0f - aimed) / all + aimed * density_of_aimed(portals, o, d, n);
     return lum_emit_ray(o, d, lum_rgb_scale(irradiance, 1.0f / density), ret);
 }
 
@@ -143,12 +143,11 @@ static bool sample_directional(const struct lum_snapshot *s, const struct lum_li
     return true;
 }
 
-static bool emit_directional(const struct lum_snapshot *s, const struct lum_light *l,
-                             const struct lum_openings *openings, struct lum_vec2 u_position,
-                             struct lum_vec2 u_direction, struct lum_light_ray *ret)
+static bool emit_directional(const struct lum_snapshot *s, const struct lum_light *l, const struct lum_portals *portals,
+                             struct lum_vec2 u_position, struct lum_vec2 u_direction, struct lum_light_ray *ret)
 {
     (void)u_direction;
-    return emit_parallel(s, l->n, lum_grey(1.0f), openings, u_position, ret);
+    return emit_parallel(s, l->n, lum_grey(1.0f), portals, u_position, ret);
 }
 
 static double flux_of_directional(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
@@ -201,12 +200,12 @@ static struct lum_irradiance far_disc_irradiance(const struct lum_light *l, stru
     return (struct lum_irradiance){LUM_PI * sine_squared(l) * cosine, cosine};
 }
 
-static bool emit_far_disc(const struct lum_snapshot *s, const struct lum_light *l, const struct lum_openings *openings,
+static bool emit_far_disc(const struct lum_snapshot *s, const struct lum_light *l, const struct lum_portals *portals,
                           struct lum_vec2 u_position, struct lum_vec2 u_direction, struct lum_light_ray *ret)
 {
     struct lum_vec3 to = lum_normalize(lum_v3_neg(on_far_disc(l, lum_warp_disc(u_direction))));
     float cosine = lum_dot(to, l->n), distance = LUM_FAR / cosine;
-    return emit_parallel(s, to, lum_grey(l->area * cosine / (distance * distance)), openings, u_position, ret);
+    return emit_parallel(s, to, lum_grey(l->area * cosine / (distance * distance)), portals, u_position, ret);
 }
 
 static double flux_of_far_disc(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
@@ -343,19 +342,19 @@ static bool aim_at_box(const struct lum_light *l, const struct box *b, struct lu
 }
 
 /* The same through the open cells, which are one as likely as another. */
-static float density_through(const struct lum_openings *o, const struct sky_ray *ray)
+static float density_through(const struct lum_portals *o, const struct sky_ray *ray)
 {
-    struct lum_opening_hit hit;
-    bool enters = lum_openings_enter(o, ray->o, ray->d, &hit) && lum_openings_is_open(o, hit.cell);
+    struct lum_portal_hit hit;
+    bool enters = lum_portals_enter(o, ray->o, ray->d, &hit) && lum_portals_is_open(o, hit.cell);
     return enters ? 1.0f / (LUM_PI * (float)o->n * hit.area) : 0.0f;
 }
 
-static struct sky_ray aim_at_openings(const struct lum_openings *o, const struct box *b, struct lum_vec2 u_position,
-                                      struct lum_vec2 u_direction)
+static struct sky_ray aim_at_portals(const struct lum_portals *o, const struct box *b, struct lum_vec2 u_position,
+                                     struct lum_vec2 u_direction)
 {
     uint32_t k = (uint32_t)(u_position.x * (float)o->n);
     u_position.x = lum_clamp(u_position.x * (float)o->n - (float)k, 0.0f, LUM_ONE_MINUS);
-    struct lum_vec3 inward, x = lum_openings_point(o, o->cell[k], u_position, &inward);
+    struct lum_vec3 inward, x = lum_portals_point(o, o->cell[k], u_position, &inward);
     struct lum_frame f = lum_frame_from_normal(inward);
     struct sky_ray ray = {.d = lum_frame_to_scene(&f, lum_warp_cosine(u_direction))};
     ray.o = back_to_face(b, x, ray.d);
@@ -363,21 +362,20 @@ static struct sky_ray aim_at_openings(const struct lum_openings *o, const struct
     return ray;
 }
 
-static bool emit_environment(const struct lum_snapshot *s, const struct lum_light *l,
-                             const struct lum_openings *openings, struct lum_vec2 u_position,
-                             struct lum_vec2 u_direction, struct lum_light_ray *ret)
+static bool emit_environment(const struct lum_snapshot *s, const struct lum_light *l, const struct lum_portals *portals,
+                             struct lum_vec2 u_position, struct lum_vec2 u_direction, struct lum_light_ray *ret)
 {
     struct box b = box_around(s->bounds_lo, s->bounds_hi);
     struct sky_ray ray;
-    bool aims = openings && openings->n > 0;
+    bool aims = portals && portals->n > 0;
     if (aims && !pick_half(&u_position.x)) {
-        ray = aim_at_openings(openings, &b, u_position, u_direction);
+        ray = aim_at_portals(portals, &b, u_position, u_direction);
         ray.density = AIMED * ray.density + (1.0f - AIMED) * density_over_box(l, &b, ray.d);
     } else {
         if (!aim_at_box(l, &b, u_position, u_direction, &ray))
             return false;
         if (aims)
-            ray.density = (1.0f - AIMED) * ray.density + AIMED * density_through(openings, &ray);
+            ray.density = (1.0f - AIMED) * ray.density + AIMED * density_through(portals, &ray);
     }
     struct lum_rgb radiance = lum_grey(1.0f);
     if (l->env)

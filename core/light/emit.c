@@ -20,13 +20,13 @@ bool lum_emit_surface(struct lum_vec3 p, struct lum_vec3 n, struct lum_vec2 u, s
     return lum_emit_ray(lum_ray_offset(p, n), lum_frame_to_scene(&f, lum_warp_cosine(u)), flux, ret);
 }
 
-bool lum_light_emit(const struct lum_snapshot *s, uint32_t i, const struct lum_openings *openings,
+bool lum_light_emit(const struct lum_snapshot *s, uint32_t i, const struct lum_portals *portals,
                     struct lum_vec2 u_position, struct lum_vec2 u_direction, struct lum_light_ray *ret_shot)
 {
     const struct lum_light *l = &s->lights.lights[i];
     const struct lum_emitter_row *row = lum_emitters[l->kind];
     return row->emit ? row->emit(s, l, u_position, u_direction, ret_shot)
-                     : row->emit_from_afar(s, l, openings, u_position, u_direction, ret_shot);
+                     : row->emit_from_afar(s, l, portals, u_position, u_direction, ret_shot);
 }
 
 double lum_light_flux_unit(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)

@@ -9,7 +9,7 @@
 #include "core/math/vec.h"
 
 struct lum_light;
-struct lum_openings;
+struct lum_portals;
 struct lum_snapshot;
 
 struct lum_light_ray {
@@ -18,9 +18,9 @@ struct lum_light_ray {
 };
 /* Position and direction in proportion to what is emitted, so that every shot carries the same flux, but for textures,
  * images and colour. Light from afar enters through the box around the scene: directional light is uniform over the
- * faces that it sees, a constant environment is a box that shines inwards; with openings (NULL: none) half of it is
+ * faces that it sees, a constant environment is a box that shines inwards; with portals (NULL: none) half of it is
  * aimed at them. False: nothing leaves there. Thread: any. */
-bool lum_light_emit(const struct lum_snapshot *s, uint32_t i, const struct lum_openings *openings,
+bool lum_light_emit(const struct lum_snapshot *s, uint32_t i, const struct lum_portals *portals,
                     struct lum_vec2 u_position, struct lum_vec2 u_direction, struct lum_light_ray *ret_shot);
 /* Flux of a light per unit of power: the mean luminance of flux_unit.
  * bounds: of all geometry; lo > hi when there is none. */

@@ -10,7 +10,7 @@
 #include "core/light/sample.h"
 #include "core/light/tree.h"
 
-struct lum_openings;
+struct lum_portals;
 
 #define LUM_ONE_MINUS 0x1.fffffep-1f /* the largest float below 1 */
 
@@ -28,7 +28,7 @@ struct lum_emitter_row {
     /* lum_light_emit (one of the two), lum_light_flux_unit (NULL: pi times the area) */
     bool (*emit)(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
                  struct lum_vec2 u_direction, struct lum_light_ray *ret_shot);
-    bool (*emit_from_afar)(const struct lum_snapshot *s, const struct lum_light *l, const struct lum_openings *openings,
+    bool (*emit_from_afar)(const struct lum_snapshot *s, const struct lum_light *l, const struct lum_portals *portals,
                            struct lum_vec2 u_position, struct lum_vec2 u_direction, struct lum_light_ray *ret_shot);
     double (*flux)(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi);
     /* lum_light_irradiance, at one point or at many. Both NULL: there is no closed form */

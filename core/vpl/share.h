@@ -5,7 +5,7 @@
 
 #include "core/base/base.h"
 #include "core/light/light.h"
-#include "core/light/openings.h"
+#include "core/light/portals.h"
 #include "core/vpl/lifted.h"
 #include "core/vpl/vpl.h"
 
@@ -84,9 +84,9 @@ LUM_MUST_USE enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struc
 #define LUM_VPL_PLACES (6u * LUM_VPL_CELLS * LUM_VPL_CELLS * LUM_VPL_CELLS)
 uint32_t lum_vpl_place_of(const struct lum_vpl_set *set, const struct lum_snapshot *s, uint32_t slot);
 
-/* Finds the openings around what those of `seen` that are inside see (openings.c). Rays are added as LUM_RAY_VPL. */
-LUM_MUST_USE enum lum_status lum_vpl_find_openings(struct lum_openings *ret_openings, const struct lum_vpl_set *seen,
-                                                   const struct lum_vpl_request *rq, struct lum_error *err);
+/* Finds the portals around what those of `seen` that are inside see (portals.c). Rays are added as LUM_RAY_VPL. */
+LUM_MUST_USE enum lum_status lum_vpl_find_portals(struct lum_portals *ret_portals, const struct lum_vpl_set *seen,
+                                                  const struct lum_vpl_request *rq, struct lum_error *err);
 
 /* Runs jobs over the request's pool, if there is one, and adds up in its counters what they count. */
 LUM_MUST_USE enum lum_status lum_vpl_run(const struct lum_vpl_request *rq, uint32_t n_jobs,

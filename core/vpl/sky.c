@@ -5,12 +5,12 @@
  *
  * Points are drawn by the environment's own distribution, from a lattice: for a constant sky a spiral of equal areas.
  *
- * From inside a room few of them, or none, are seen by its window. So there are points in the openings as well
- * (openings.c): each shines with the radiance of the environment in the direction that it is seen in, and is asked for
+ * From inside a room few of them, or none, are seen by its window. So there are points in the portals as well
+ * (portals.c): each shines with the radiance of the environment in the direction that it is seen in, and is asked for
  * by a ray that goes on through it into the open. What both kinds find is weighed by how densely both look there, the
  * balance heuristic (Veach 1997) for what a point sees in direction d:
  *   E = sum over all that it sees of L(d) cos / (D(d) + W(p, d)),
- * with D the dome's points per solid angle and W those in openings, r^2 / (A cos) for each cell of area A that d leaves
+ * with D the dome's points per solid angle and W those in portals, r^2 / (A cos) for each cell of area A that d leaves
  * by, times its number of points. */
 #include "core/vpl/sky.h"
 
@@ -48,13 +48,13 @@ static void place(struct lum_vpl_set *set, uint32_t slot, const struct lum_light
 
 /* Point j of a cell lies where it lies whatever other cells are open, and in the first free slot from one that its
  * number says: cells that open and shut move few others. */
-static void place_window(struct lum_vpl_set *set, uint32_t cell, uint32_t j, uint32_t in_each)
+static void place_in_portal(struct lum_vpl_set *set, uint32_t cell, uint32_t j, uint32_t in_each)
 {
-    uint32_t h = lum_hash_combine(lum_hash_u32(cell), set->seed), first = lum_vpl_first_window(set);
-    uint32_t at = lum_hash_combine(h, j) % LUM_VPL_WINDOWS;
+    uint32_t h = lum_hash_combine(lum_hash_u32(cell), set->seed), first = lum_vpl_first_portal(set);
+    uint32_t at = lum_hash_combine(h, j) % LUM_VPL_PORTALS;
     while (set->light[first + at] != LUM_NO_OBJECT)
-        at = (at + 1) % LUM_VPL_WINDOWS;
-    struct lum_vec3 n, p = lum_openings_point(&set->openings, cell, lattice_point(j, in_each, h), &n);
+        at = (at + 1) % LUM_VPL_PORTALS;
+    struct lum_vec3 n, p = lum_portals_point(&set->portals, cell, lattice_point(j, in_each, h), &n);
     uint32_t slot = first + at;
     set->px[slot] = p.x, set->py[slot] = p.y, set->pz[slot] = p.z;
     set->nx[slot] = n.x, set->ny[slot] = n.y, set->nz[slot] = n.z;
@@ -64,33 +64,33 @@ static void place_window(struct lum_vpl_set *set, uint32_t cell, uint32_t j, uin
 /* Of cells in rows one in `every`, a power of 2: as even as a lattice is. */
 static bool takes(const struct lum_vpl_set *set, uint32_t cell, uint32_t every)
 {
-    uint32_t side = set->openings.side, i = cell % side, j = cell / side;
+    uint32_t side = set->portals.side, i = cell % side, j = cell / side;
     return (i + (every > 4 ? 3 : every > 2 ? 2 : 1) * j + lum_hash_u32(set->seed)) % every == 0;
 }
 
 static uint32_t count_taken(const struct lum_vpl_set *set, uint32_t every)
 {
     uint32_t n = 0;
-    for (uint32_t k = 0; k < set->openings.n; k++)
-        n += takes(set, set->openings.cell[k], every);
+    for (uint32_t k = 0; k < set->portals.n; k++)
+        n += takes(set, set->portals.cell[k], every);
     return n;
 }
 
 /* Several points in each cell, or one in some of them. */
-static void place_windows(struct lum_vpl_set *set)
+static void place_in_portals(struct lum_vpl_set *set)
 {
-    const uint32_t n = set->openings.n;
+    const uint32_t n = set->portals.n;
     uint32_t in_each = 1, every = 1;
     if (n == 0)
         return;
-    while (2 * in_each * n <= LUM_VPL_WINDOWS)
+    while (2 * in_each * n <= LUM_VPL_PORTALS)
         in_each *= 2;
-    while (count_taken(set, every) > LUM_VPL_WINDOWS)
+    while (count_taken(set, every) > LUM_VPL_PORTALS)
         every *= 2;
-    set->per_opening = (float)in_each / (float)every;
+    set->per_portal = (float)in_each / (float)every;
     for (uint32_t k = 0; k < n; k++)
-        for (uint32_t j = 0; j < in_each && takes(set, set->openings.cell[k], every); j++)
-            place_window(set, set->openings.cell[k], j, in_each);
+        for (uint32_t j = 0; j < in_each && takes(set, set->portals.cell[k], every); j++)
+            place_in_portal(set, set->portals.cell[k], j, in_each);
 }
 
 /* LUM_NO_OBJECT: none shines, or it is not even. */
@@ -113,7 +113,7 @@ void lum_vpl_place_sky(struct lum_vpl_set *set, const struct lum_snapshot *s)
         if (lum_environment_sample(&unit, lattice_point(i, LUM_VPL_DOME, set->seed), &sample))
             place(set, lum_vpl_first_sky(set) + i, &sample);
     }
-    place_windows(set);
+    place_in_portals(set);
 }
 
 bool lum_vpl_sky_serves(const struct lum_vpl_set *set, const struct lum_snapshot *s)
@@ -130,30 +130,30 @@ static float dome_density(const struct lum_light *sky, struct lum_vec3 d)
     return (float)LUM_VPL_DOME * pdf;
 }
 
-bool lum_vpl_sees_windows(const struct lum_vpl_set *set, struct lum_vec3 p)
+bool lum_vpl_sees_portals(const struct lum_vpl_set *set, struct lum_vec3 p)
 {
-    const struct lum_vec3 lo = set->openings.lo, hi = set->openings.hi;
-    return set->per_opening > 0.0f && p.x >= lo.x && p.x <= hi.x && p.y >= lo.y && p.y <= hi.y && p.z >= lo.z &&
+    const struct lum_vec3 lo = set->portals.lo, hi = set->portals.hi;
+    return set->per_portal > 0.0f && p.x >= lo.x && p.x <= hi.x && p.y >= lo.y && p.y <= hi.y && p.z >= lo.z &&
            p.z <= hi.z;
 }
 
 float lum_vpl_dome_weight(const struct lum_vpl_set *set, const struct lum_light *sky, uint32_t slot, struct lum_vec3 p)
 {
     struct lum_vec3 d = lum_v3_neg(lum_v3(set->nx[slot], set->ny[slot], set->nz[slot]));
-    struct lum_opening_hit hit;
-    if (!(set->per_opening > 0.0f) || !lum_openings_leave(&set->openings, p, d, &hit) ||
-        !lum_openings_is_open(&set->openings, hit.cell))
+    struct lum_portal_hit hit;
+    if (!(set->per_portal > 0.0f) || !lum_portals_leave(&set->portals, p, d, &hit) ||
+        !lum_portals_is_open(&set->portals, hit.cell))
         return 1.0f;
     float dome = dome_density(sky, d), r2 = hit.distance * hit.distance;
-    return dome * hit.cosine / (dome * hit.cosine + set->per_opening * r2 / hit.area);
+    return dome * hit.cosine / (dome * hit.cosine + set->per_portal * r2 / hit.area);
 }
 
 /* With d = v - p, r its length, a = d.n, h = -d.n_v and K points per area, the term is
  *   f = L a / (D r + K r^4 / h) = L a / g,
  * and df/dp = -df/dd = -L (n / g - a / g^2 (D d / r + 4 K r^2 d / h + K r^4 n_v / h^2)). How L and D change with d is
  * left out: a sky is even. */
-bool lum_vpl_window_term(const struct lum_vpl_set *set, const struct lum_light *sky, uint32_t slot, struct lum_vec3 p,
-                         struct lum_vec3 n, struct lum_window_term *ret)
+bool lum_vpl_portal_term(const struct lum_vpl_set *set, const struct lum_light *sky, uint32_t slot, struct lum_vec3 p,
+                         struct lum_vec3 n, struct lum_portal_term *ret)
 {
     struct lum_vec3 v = {set->px[slot], set->py[slot], set->pz[slot]},
                     nv = {set->nx[slot], set->ny[slot], set->nz[slot]};
@@ -162,7 +162,7 @@ bool lum_vpl_window_term(const struct lum_vpl_set *set, const struct lum_light *
     if (!(a > 0.0f && h > 0.0f && sky->on))
         return false;
     uint32_t axis = nv.x != 0.0f ? 0 : nv.y != 0.0f ? 1 : 2;
-    float k = set->per_opening / lum_openings_cell_area(&set->openings, axis);
+    float k = set->per_portal / lum_portals_cell_area(&set->portals, axis);
     struct lum_vec3 unit = lum_v3_mul(d, 1.0f / r);
     float dome = dome_density(sky, unit), g = dome * r + k * r2 * r2 / h;
     float per_g = 1.0f / g, along = a * per_g * per_g * (dome / r + 4.0f * k * r2 / h);

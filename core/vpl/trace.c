@@ -292,7 +292,7 @@ static void start(struct walk *w, uint32_t index)
     lum_vpl_plan_path(w->plan, index, &path.share, &path.number, &path.last, &salt);
     path.sampler = lum_sampler_at(salt, 0, path.number, w->plan->seed);
     struct lum_light_ray shot;
-    if (!lum_light_emit(w->snapshot, path.share, &w->set->openings, lum_sampler_2d(&path.sampler, PAIR_POSITION),
+    if (!lum_light_emit(w->snapshot, path.share, &w->set->portals, lum_sampler_2d(&path.sampler, PAIR_POSITION),
                         lum_sampler_2d(&path.sampler, PAIR_DIRECTION), &shot))
         return;
     path.flux = shot.flux_unit;
@@ -477,11 +477,11 @@ static uint32_t tries_of(const struct lum_vpl_request *rq)
     return tries < fit ? tries : fit;
 }
 
-/* Tries whose VPLs look for openings: of a sky's paths few come in. */
+/* Tries whose VPLs look for portals: of a sky's paths few come in. */
 #define TRIES_SEEN 4u
 
-/* Fills in set->openings, where light from afar shines and there are tries to choose from. */
-static enum lum_status find_openings(struct lum_vpl_set *set, const struct lum_vpl_request *rq, struct lum_error *err)
+/* Fills in set->portals, where light from afar shines and there are tries to choose from. */
+static enum lum_status find_portals(struct lum_vpl_set *set, const struct lum_vpl_request *rq, struct lum_error *err)
 {
     if (set->tries == 1 || !lum_vpl_comes_from_afar(set))
         return LUM_OK;
@@ -495,7 +495,7 @@ static enum lum_status find_openings(struct lum_vpl_set *set, const struct lum_v
     if (status == LUM_OK)
         status = emit_all(rq, &plan, &seen, err);
     if (status == LUM_OK)
-        status = lum_vpl_find_openings(&set->openings, &seen, rq, err);
+        status = lum_vpl_find_portals(&set->portals, &seen, rq, err);
     lum_vpl_finish(&seen);
     return status;
 }
@@ -504,7 +504,7 @@ static enum lum_status find_openings(struct lum_vpl_set *set, const struct lum_v
 static enum lum_status fill(struct lum_vpl_set *set, const struct lum_vpl_request *rq, struct lum_vpl_kept *ret_kept,
                             struct lum_error *err)
 {
-    enum lum_status status = find_openings(set, rq, err);
+    enum lum_status status = find_portals(set, rq, err);
     if (status != LUM_OK)
         return status;
     struct lum_vpl_plan plan;
@@ -515,7 +515,7 @@ static enum lum_status fill(struct lum_vpl_set *set, const struct lum_vpl_reques
                                      .lobes_off = set->lobes_off,
                                      .gloss = set->gloss,
                                      .versions = set->versions,
-                                     .openings = set->openings};
+                                     .portals = set->portals};
     status = alloc_arrays(&candidates, err);
     if (status == LUM_OK)
         status = emit_all(rq, &plan, &candidates, err);

@@ -22,12 +22,12 @@
  * its geometry term bounded as struct lum_bound (gather.h) says.
  *
  * On request there are several paths for each slot to choose from, so that few are spent on what nobody sees
- * (choose.c), and light from afar is aimed at openings (openings.c); and the direct light of an even sky is in the set
+ * (choose.c), and light from afar is aimed at portals (portals.c); and the direct light of an even sky is in the set
  * too, as n_sky VPLs behind the others (sky.c). */
 #ifndef LUM_CORE_VPL_VPL_H
 #define LUM_CORE_VPL_VPL_H
 
-#include "core/light/openings.h"
+#include "core/light/portals.h"
 #include "core/math/vec.h"
 #include "core/scene/snapshot.h"
 #include "core/trace/effect.h"
@@ -40,8 +40,8 @@ struct lum_vpl_share;
 #define LUM_VPL_DEFAULT 256u /* the thesis' number (5.4) */
 #define LUM_VPL_TRIES_MAX 8u /* TRIES of core/cache/live.c, which has the figures */
 #define LUM_VPL_DOME 256u    /* slots for a sky all around: half of them lie above a horizon; */
-#define LUM_VPL_WINDOWS 64u  /* and in openings by which it is seen from inside */
-#define LUM_VPL_SKY (LUM_VPL_DOME + LUM_VPL_WINDOWS)
+#define LUM_VPL_PORTALS 64u  /* and in portals by which it is seen from inside */
+#define LUM_VPL_SKY (LUM_VPL_DOME + LUM_VPL_PORTALS)
 #define LUM_VPL_SLOTS_MAX (LUM_VPL_MAX + LUM_VPL_SKY)
 
 /* Structure of arrays, by slot; every array is padded to a multiple of 16 with black VPLs. Zeroed: empty. */
@@ -72,9 +72,9 @@ struct lum_vpl_set {
     uint32_t max_bounces, seed, tries;
     uint32_t lobes_off;
     bool gloss;
-    struct lum_openings openings; /* n 0: none, or nobody asked for tries */
-    float per_opening; /* points in each cell of them, in the last LUM_VPL_WINDOWS slots; less than 1: in some */
-    uint32_t sky;      /* the environment of the last n_sky slots; LUM_NO_OBJECT: they are empty */
+    struct lum_portals portals; /* n 0: none, or nobody asked for tries */
+    float per_portal; /* points in each cell of them, in the last LUM_VPL_PORTALS slots; less than 1: in some */
+    uint32_t sky;     /* the environment of the last n_sky slots; LUM_NO_OBJECT: they are empty */
     struct lum_versions versions; /* as lum_versions_seen has them */
     bool valid;
     /* private */
@@ -94,15 +94,15 @@ static inline uint32_t lum_vpl_first_sky(const struct lum_vpl_set *set)
     return set->n - set->n_sky;
 }
 
-static inline uint32_t lum_vpl_first_window(const struct lum_vpl_set *set)
+static inline uint32_t lum_vpl_first_portal(const struct lum_vpl_set *set)
 {
-    return set->n_sky > 0 ? set->n - LUM_VPL_WINDOWS : set->n;
+    return set->n_sky > 0 ? set->n - LUM_VPL_PORTALS : set->n;
 }
 
 /* What the place of a VPL is to be seen from at p: the dome of the sky looks the same from everywhere. */
 static inline struct lum_vec3 lum_vpl_seen_from(const struct lum_vpl_set *set, uint32_t slot, struct lum_vec3 p)
 {
-    bool dome = slot >= lum_vpl_first_sky(set) && slot < lum_vpl_first_window(set);
+    bool dome = slot >= lum_vpl_first_sky(set) && slot < lum_vpl_first_portal(set);
     return dome ? lum_v3(0.0f, 0.0f, 0.0f) : p;
 }
 

@@ -3,7 +3,7 @@
 
 #include "core/light/emit.h"
 #include "core/light/light.h"
-#include "core/light/openings.h"
+#include "core/light/portals.h"
 #include "core/light/sample.h"
 #include "core/math/warp.h"
 #include "core/pass/pass.h"
@@ -147,25 +147,25 @@ struct target {
 };
 
 /* Some cells of three faces of a box in the room. */
-static struct lum_openings some_openings(const struct rig *r)
+static struct lum_portals some_portals(const struct rig *r)
 {
-    struct lum_openings o = {.lo = rig_to_scene(r, -1.7, -1.2, -1.6), .hi = rig_to_scene(r, 1.6, 1.3, 1.8), .side = 4};
+    struct lum_portals o = {.lo = rig_to_scene(r, -1.7, -1.2, -1.6), .hi = rig_to_scene(r, 1.6, 1.3, 1.8), .side = 4};
     const uint32_t cells[] = {3 * 16 + 5,  3 * 16 + 6, 3 * 16 + 9, 3 * 16 + 10,
                               3 * 16 + 11, 1 * 16 + 6, 1 * 16 + 7, 5 * 16 + 8};
     for (size_t i = 0; i < LUM_ARRAY_LEN(cells); i++)
-        assert_true(lum_openings_open(&o, cells[i]));
-    lum_openings_sort(&o);
+        assert_true(lum_portals_open(&o, cells[i]));
+    lum_portals_sort(&o);
     return o;
 }
 
 /* Flux through the front of the target, by shots. */
-static void through_by_shots(const struct rig *r, const struct lum_openings *openings, const struct target *t,
+static void through_by_shots(const struct rig *r, const struct lum_portals *portals, const struct target *t,
                              struct rng *random, struct mean *ret)
 {
     struct lum_vec2 u_position = random_pair(random), u_direction = random_pair(random);
     struct lum_light_ray shot;
     double flux = 0.0;
-    if (lum_light_emit(r->snapshot, 0, openings, u_position, u_direction, &shot)) {
+    if (lum_light_emit(r->snapshot, 0, portals, u_position, u_direction, &shot)) {
         float down = -lum_dot(shot.d, t->n), above = lum_dot(lum_v3_sub(shot.o, t->centre), t->n);
         struct lum_vec3 x = lum_v3_mad(shot.o, shot.d, above / down);
         if (down > 0.0f && above > 0.0f && lum_length(lum_v3_sub(x, t->centre)) < t->radius)
@@ -190,7 +190,7 @@ static void through_by_sampling(const struct rig *r, const struct target *t, str
     mean_add(ret, flux);
 }
 
-/* aimed: half of what comes from afar is sent through openings. */
+/* aimed: half of what comes from afar is sent through portals. */
 static void compare_with_received(bool aimed)
 {
     enum { n_targets = 4 };
@@ -202,7 +202,7 @@ static void compare_with_received(bool aimed)
             rig_end(&r);
             continue;
         }
-        const struct lum_openings openings = some_openings(&r);
+        const struct lum_portals portals = some_portals(&r);
         double s = r.snapshot->norm.scale;
         /* below, beside, behind, above: all inside the box, none in the light */
         const struct target targets[n_targets] = {
@@ -217,7 +217,7 @@ static void compare_with_received(bool aimed)
             struct mean shots = {0}, sampled = {0};
             struct rng random = {(uint64_t)(kind * n_targets + k)};
             for (int i = 0; i < 100000; i++) {
-                through_by_shots(&r, aimed ? &openings : NULL, &targets[k], &random, &shots);
+                through_by_shots(&r, aimed ? &portals : NULL, &targets[k], &random, &shots);
                 through_by_sampling(&r, &targets[k], &random, &sampled);
             }
             double e1 = mean_stderr(&shots), e2 = mean_stderr(&sampled);
@@ -228,7 +228,7 @@ static void compare_with_received(bool aimed)
             n_lit += shots.mean > 0.0;
             /* both means of 1e5: normal */
             if (err > 0.0 ? erfc(z / sqrt(2.0)) < level : shots.mean != sampled.mean)
-                fail_msg("%s%s, target %d: %g +- %g, received %g +- %g", name_of(kind), aimed ? " by openings" : "", k,
+                fail_msg("%s%s, target %d: %g +- %g, received %g +- %g", name_of(kind), aimed ? " by portals" : "", k,
                          shots.mean, e1, sampled.mean, e2);
         }
         assert_true(n_lit > 0);
@@ -242,7 +242,7 @@ static void shots_go_where_light_is_received(void **state)
     compare_with_received(false);
 }
 
-static void as_many_go_there_through_openings(void **state)
+static void as_many_go_there_through_portals(void **state)
 {
     (void)state;
     compare_with_received(true);
@@ -253,7 +253,7 @@ static void as_many_go_there_through_openings(void **state)
 static void lines_cross_the_cells_they_meet(void **state)
 {
     (void)state;
-    struct lum_openings o = {.lo = {-1, -2, 3}, .hi = {2, 0.5f, 4}, .side = 8};
+    struct lum_portals o = {.lo = {-1, -2, 3}, .hi = {2, 0.5f, 4}, .side = 8};
     struct rng random = {7};
     for (int i = 0; i < 20000; i++) {
         struct lum_vec2 u = random_pair(&random), v = random_pair(&random);
@@ -262,21 +262,21 @@ static void lines_cross_the_cells_they_meet(void **state)
         /* off the edges of the cell, where rounding may put it next door */
         struct lum_vec2 at = random_pair(&random);
         struct lum_vec3 x =
-            lum_openings_point(&o, cell, (struct lum_vec2){0.01f + 0.98f * at.x, 0.01f + 0.98f * at.y}, &n);
+            lum_portals_point(&o, cell, (struct lum_vec2){0.01f + 0.98f * at.x, 0.01f + 0.98f * at.y}, &n);
         struct lum_vec3 d = lum_v3_sub(x, p);
         if (lum_length(d) < 1e-3f)
             continue;
-        struct lum_opening_hit out, in;
-        assert_true(lum_openings_leave(&o, p, d, &out));
-        assert_true(lum_openings_enter(&o, p, lum_v3_neg(d), &in));
+        struct lum_portal_hit out, in;
+        assert_true(lum_portals_leave(&o, p, d, &out));
+        assert_true(lum_portals_enter(&o, p, lum_v3_neg(d), &in));
         assert_int_equal(out.cell, cell);
         assert_int_equal(in.cell, cell);
         assert_true(fabsf(out.distance / lum_length(d) - 1.0f) < 1e-4f);
         assert_true(fabsf(out.cosine + lum_dot(lum_normalize(d), n)) < 1e-5f);
     }
-    struct lum_opening_hit hit;
-    assert_false(lum_openings_leave(&o, lum_v3(2.1f, 0, 3.5f), lum_v3(1, 0, 0), &hit));
-    assert_false(lum_openings_enter(&o, lum_v3(0, 1, 3.5f), lum_v3(1, 0, 0), &hit));
+    struct lum_portal_hit hit;
+    assert_false(lum_portals_leave(&o, lum_v3(2.1f, 0, 3.5f), lum_v3(1, 0, 0), &hit));
+    assert_false(lum_portals_enter(&o, lum_v3(0, 1, 3.5f), lum_v3(1, 0, 0), &hit));
 }
 
 /* Intensity of a spot over the cosine, and that it is even around the axis. */
@@ -366,7 +366,7 @@ int main(void)
         cmocka_unit_test(flux_is_the_lights),
         cmocka_unit_test(flux_is_as_the_scene_says),
         cmocka_unit_test(shots_go_where_light_is_received),
-        cmocka_unit_test(as_many_go_there_through_openings),
+        cmocka_unit_test(as_many_go_there_through_portals),
         cmocka_unit_test(lines_cross_the_cells_they_meet),
         cmocka_unit_test(spot_follows_its_ramp),
         cmocka_unit_test(shots_leave_their_light),

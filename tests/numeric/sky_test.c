@@ -251,7 +251,7 @@ static void window_lights_the_room(void **state)
     struct bed b;
     room_begin(&b);
     bed_commit(&b);
-    assert_true(b.cache->vpls.openings.n > 0);
+    assert_true(b.cache->vpls.portals.n > 0);
     double sum = 0.0, worst = 0.0;
     int n = 0;
     for (int i = 0; i < 5; i++)

@@ -1,4 +1,4 @@
-#include "core/light/openings.h"
+#include "core/light/portals.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -16,36 +16,36 @@ static uint32_t index_in(float x, float lo, float hi, uint32_t side)
     return at > 0.0f ? (at < (float)side ? (uint32_t)at : side - 1u) : 0u;
 }
 
-static float face_area(const struct lum_openings *o, uint32_t axis)
+static float face_area(const struct lum_portals *o, uint32_t axis)
 {
     uint32_t a = (axis + 1u) % 3u, b = (axis + 2u) % 3u;
     return (of_axis(o->hi, a) - of_axis(o->lo, a)) * (of_axis(o->hi, b) - of_axis(o->lo, b));
 }
 
-float lum_openings_cell_area(const struct lum_openings *o, uint32_t axis)
+float lum_portals_cell_area(const struct lum_portals *o, uint32_t axis)
 {
-    return face_area(o, axis) / (float)lum_openings_per_face(o);
+    return face_area(o, axis) / (float)lum_portals_per_face(o);
 }
 
 /* The cell of a face that point x, on it, is in. */
-static uint32_t cell_at(const struct lum_openings *o, uint32_t axis, bool upper, struct lum_vec3 x)
+static uint32_t cell_at(const struct lum_portals *o, uint32_t axis, bool upper, struct lum_vec3 x)
 {
     uint32_t a = (axis + 1u) % 3u, b = (axis + 2u) % 3u;
     uint32_t i = index_in(of_axis(x, a), of_axis(o->lo, a), of_axis(o->hi, a), o->side);
     uint32_t j = index_in(of_axis(x, b), of_axis(o->lo, b), of_axis(o->hi, b), o->side);
-    return (2u * axis + upper) * lum_openings_per_face(o) + j * o->side + i;
+    return (2u * axis + upper) * lum_portals_per_face(o) + j * o->side + i;
 }
 
-static struct lum_opening_hit hit_at(const struct lum_openings *o, uint32_t axis, bool upper, float t,
-                                     struct lum_vec3 p, struct lum_vec3 d)
+static struct lum_portal_hit hit_at(const struct lum_portals *o, uint32_t axis, bool upper, float t, struct lum_vec3 p,
+                                    struct lum_vec3 d)
 {
-    return (struct lum_opening_hit){.distance = t * lum_length(d),
-                                    .cosine = fabsf(of_axis(d, axis)) / lum_length(d),
-                                    .area = lum_openings_cell_area(o, axis),
-                                    .cell = cell_at(o, axis, upper, lum_v3_mad(p, d, t))};
+    return (struct lum_portal_hit){.distance = t * lum_length(d),
+                                   .cosine = fabsf(of_axis(d, axis)) / lum_length(d),
+                                   .area = lum_portals_cell_area(o, axis),
+                                   .cell = cell_at(o, axis, upper, lum_v3_mad(p, d, t))};
 }
 
-bool lum_openings_leave(const struct lum_openings *o, struct lum_vec3 p, struct lum_vec3 d, struct lum_opening_hit *ret)
+bool lum_portals_leave(const struct lum_portals *o, struct lum_vec3 p, struct lum_vec3 d, struct lum_portal_hit *ret)
 {
     float least = INFINITY;
     uint32_t through = 0;
@@ -65,7 +65,7 @@ bool lum_openings_leave(const struct lum_openings *o, struct lum_vec3 p, struct 
     return true;
 }
 
-bool lum_openings_enter(const struct lum_openings *o, struct lum_vec3 p, struct lum_vec3 d, struct lum_opening_hit *ret)
+bool lum_portals_enter(const struct lum_portals *o, struct lum_vec3 p, struct lum_vec3 d, struct lum_portal_hit *ret)
 {
     float near = -INFINITY, far = INFINITY;
     uint32_t through = 0;
@@ -89,16 +89,16 @@ bool lum_openings_enter(const struct lum_openings *o, struct lum_vec3 p, struct 
     return true;
 }
 
-struct lum_vec3 lum_openings_normal(uint32_t face)
+struct lum_vec3 lum_portals_normal(uint32_t face)
 {
     float way = face % 2u ? -1.0f : 1.0f;
     uint32_t axis = face / 2u;
     return lum_v3(axis == 0 ? way : 0.0f, axis == 1 ? way : 0.0f, axis == 2 ? way : 0.0f);
 }
 
-bool lum_openings_open(struct lum_openings *o, uint32_t cell)
+bool lum_portals_open(struct lum_portals *o, uint32_t cell)
 {
-    if (o->n == LUM_OPENINGS_MAX)
+    if (o->n == LUM_PORTALS_MAX)
         return false;
     o->cell[o->n++] = cell;
     o->open[cell / 64u] |= UINT64_C(1) << cell % 64u;
@@ -111,26 +111,25 @@ static int by_number(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-void lum_openings_sort(struct lum_openings *o)
+void lum_portals_sort(struct lum_portals *o)
 {
     qsort(o->cell, o->n, sizeof *o->cell, by_number);
     for (uint32_t face = 0, k = 0; face <= 6; face++) {
-        while (k < o->n && o->cell[k] < face * lum_openings_per_face(o))
+        while (k < o->n && o->cell[k] < face * lum_portals_per_face(o))
             k++;
         o->first[face] = face < 6 ? k : o->n;
     }
 }
 
-struct lum_vec3 lum_openings_point(const struct lum_openings *o, uint32_t cell, struct lum_vec2 u,
-                                   struct lum_vec3 *ret_n)
+struct lum_vec3 lum_portals_point(const struct lum_portals *o, uint32_t cell, struct lum_vec2 u, struct lum_vec3 *ret_n)
 {
-    uint32_t face = cell / lum_openings_per_face(o), axis = face / 2u, at = cell % lum_openings_per_face(o);
+    uint32_t face = cell / lum_portals_per_face(o), axis = face / 2u, at = cell % lum_portals_per_face(o);
     uint32_t a = (axis + 1u) % 3u, b = (axis + 2u) % 3u;
     float x[3], per = 1.0f / (float)o->side;
     float ta = ((float)(at % o->side) + u.x) * per, tb = ((float)(at / o->side) + u.y) * per;
     x[axis] = of_axis(face % 2u ? o->hi : o->lo, axis);
     x[a] = of_axis(o->lo, a) + ta * (of_axis(o->hi, a) - of_axis(o->lo, a));
     x[b] = of_axis(o->lo, b) + tb * (of_axis(o->hi, b) - of_axis(o->lo, b));
-    *ret_n = lum_openings_normal(face);
+    *ret_n = lum_portals_normal(face);
     return lum_v3(x[0], x[1], x[2]);
 }

@@ -2,7 +2,7 @@
  *
  * VPLs lie where light goes. From each some rays tell whether it is inside: whether nearly all of them, and of those
  * around it, meet something. From those that are inside many rays go out by the cosine: where they end tells how far
- * the room goes, which is the box, and those that meet nothing leave it through the openings, as often as diffuse light
+ * the room goes, which is the box, and those that meet nothing leave it through the portals, as often as diffuse light
  * would; light goes both ways, so that a cell of the box counts by how much of an even sky comes in through it.
  *
  * The box is rounded to a grid, cells are taken whole or not at all, and rays start from the numbers of slots: what
@@ -22,7 +22,7 @@ enum { RAYS_OF_ALL = 1, RAYS_INSIDE = 8192 };
  * more: a yard is in between. */
 #define MET_OUTSIDE 0.6f
 #define MET_RANGE 0.3f
-/* With fewer VPLs inside, or rays through the openings, there is nothing to say. */
+/* With fewer VPLs inside, or rays through the portals, there is nothing to say. */
 #define INSIDE_LEAST 8.0f
 #define ESCAPED_LEAST 8u
 /* Where more get out the sky is not seen by windows. */
@@ -136,7 +136,7 @@ static enum lum_status find_inside(struct search *search, struct lum_error *err)
         return status;
     struct tally *places = lum_calloc(LUM_VPL_PLACES, sizeof *places);
     if (!places)
-        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory to look for openings");
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory to look for portals");
     count_inside(search, places);
     lum_free(places);
     return LUM_OK;
@@ -192,7 +192,7 @@ static bool find_range(const struct search *search, uint32_t axis, float *room, 
     return *ret_lo < *ret_hi;
 }
 
-static bool find_box(const struct search *search, float *room, struct lum_openings *o)
+static bool find_box(const struct search *search, float *room, struct lum_portals *o)
 {
     return find_range(search, 0, room, &o->lo.x, &o->hi.x) && find_range(search, 1, room, &o->lo.y, &o->hi.y) &&
            find_range(search, 2, room, &o->lo.z, &o->hi.z);
@@ -202,32 +202,32 @@ static bool find_box(const struct search *search, float *room, struct lum_openin
 
 /* Opens a cell and those beside it on its face: what is seen of an opening by few rays ends within them. False: there
  * is no room. */
-static bool open_around(struct lum_openings *o, uint32_t cell)
+static bool open_around(struct lum_portals *o, uint32_t cell)
 {
-    uint32_t face = cell / lum_openings_per_face(o), at = cell % lum_openings_per_face(o);
+    uint32_t face = cell / lum_portals_per_face(o), at = cell % lum_portals_per_face(o);
     uint32_t i = at % o->side, j = at / o->side;
     for (uint32_t y = j > 0 ? j - 1 : 0; y <= j + 1 && y < o->side; y++)
         for (uint32_t x = i > 0 ? i - 1 : 0; x <= i + 1 && x < o->side; x++) {
-            uint32_t beside = face * lum_openings_per_face(o) + y * o->side + x;
-            if (!lum_openings_is_open(o, beside) && !lum_openings_open(o, beside))
+            uint32_t beside = face * lum_portals_per_face(o) + y * o->side + x;
+            if (!lum_portals_is_open(o, beside) && !lum_portals_open(o, beside))
                 return false;
         }
     return true;
 }
 
 /* Opens the cells through which lines get out of the box, as small as they may be. */
-static void open_cells(const struct search *search, struct lum_openings *o)
+static void open_cells(const struct search *search, struct lum_portals *o)
 {
-    const struct lum_openings shut = *o;
-    for (uint32_t side = LUM_OPENINGS_SIDE; side > 1; side /= 2) {
+    const struct lum_portals shut = *o;
+    for (uint32_t side = LUM_PORTALS_SIDE; side > 1; side /= 2) {
         *o = shut;
         o->side = side;
         uint32_t n = 0;
         bool room = true;
         for (uint32_t i = 0; i < search->n_lines && room; i++) {
             const struct line *l = &search->lines[i];
-            struct lum_opening_hit hit;
-            if (isfinite(l->t) || !lum_openings_leave(o, l->o, l->d, &hit))
+            struct lum_portal_hit hit;
+            if (isfinite(l->t) || !lum_portals_leave(o, l->o, l->d, &hit))
                 continue;
             room = open_around(o, hit.cell);
             n++;
@@ -236,13 +236,13 @@ static void open_cells(const struct search *search, struct lum_openings *o)
             continue;
         if (n < ESCAPED_LEAST || (float)n > ESCAPED_MOST * (float)search->n_lines)
             *o = shut;
-        lum_openings_sort(o);
+        lum_portals_sort(o);
         return;
     }
     *o = shut;
 }
 
-static enum lum_status search_all(struct search *search, struct lum_openings *ret, float *room, struct lum_error *err)
+static enum lum_status search_all(struct search *search, struct lum_portals *ret, float *room, struct lum_error *err)
 {
     enum lum_status status = find_inside(search, err);
     if (status != LUM_OK || search->n_inside == 0 || search->upto[search->n_inside - 1] < INSIDE_LEAST)
@@ -253,21 +253,21 @@ static enum lum_status search_all(struct search *search, struct lum_openings *re
     return status;
 }
 
-enum lum_status lum_vpl_find_openings(struct lum_openings *ret_openings, const struct lum_vpl_set *seen,
-                                      const struct lum_vpl_request *rq, struct lum_error *err)
+enum lum_status lum_vpl_find_portals(struct lum_portals *ret_portals, const struct lum_vpl_set *seen,
+                                     const struct lum_vpl_request *rq, struct lum_error *err)
 {
     uint32_t n_lines = seen->n * RAYS_OF_ALL > RAYS_INSIDE ? seen->n * RAYS_OF_ALL : RAYS_INSIDE;
     struct search search = {.seen = seen, .rq = rq};
-    *ret_openings = (struct lum_openings){0};
+    *ret_portals = (struct lum_portals){0};
     search.lines = lum_calloc(n_lines, sizeof *search.lines);
     search.slots = lum_calloc(seen->n, sizeof *search.slots);
     search.upto = lum_calloc(seen->n, sizeof *search.upto);
     float *room = lum_calloc(RAYS_INSIDE, sizeof *room);
     enum lum_status status = LUM_OK;
     if (search.lines && search.slots && search.upto && room)
-        status = search_all(&search, ret_openings, room, err);
+        status = search_all(&search, ret_portals, room, err);
     else
-        status = lum_fail(err, LUM_ERR_NOMEM, "", "out of memory to look for openings");
+        status = lum_fail(err, LUM_ERR_NOMEM, "", "out of memory to look for portals");
     lum_free(room);
     lum_free(search.upto);
     lum_free(search.slots);
