@@ -6,7 +6,7 @@ if(LUMEND_TLS)
     set(CMAKE_REQUIRED_LIBRARIES PkgConfig::LWS)
     check_c_source_compiles("
         #include <libwebsockets.h>
-        #if !defined(LWS_WITH_TLS) || defined(LWS_WITH_MBEDTLS)
+        #if !defined(LWS_WITH_TLS) || defined(LWS_WITH_MBEDTLS) || defined(USE_WOLFSSL) || defined(LWS_WITH_BORINGSSL)
         #error
         #endif
         int main(void) { return 0; }" LUM_LWS_HAS_TLS)

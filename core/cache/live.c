@@ -124,7 +124,9 @@ static void look(struct seeing *s, struct live_record *r, struct lum_vec3 from, 
 {
     const struct lum_vpl_set *set = &s->job->cache->vpls;
     struct lum_vec3 p = {set->px[slot], set->py[slot], set->pz[slot]};
-    struct lum_vec3 end = lum_ray_offset(p, lum_v3(set->nx[slot], set->ny[slot], set->nz[slot]));
+    struct lum_vec3 end = p; /* in a portal: nothing is there, and what moves is tested against this very segment */
+    if (slot < lum_vpl_first_portal(set))
+        end = lum_ray_offset(p, lum_v3(set->nx[slot], set->ny[slot], set->nz[slot]));
     struct lum_vec3 d = lum_vpl_segment(set, slot, lum_v3_sub(end, lum_vpl_seen_from(set, slot, from)));
     struct lum_vec3 direct = lum_v3_sub(p, r->base.p);
     bool bounced = slot < set->n_bounced;

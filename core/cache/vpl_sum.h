@@ -26,7 +26,8 @@ struct lum_receiver {
     struct lum_vec3 p, n, ng;
 };
 
-/* A word of bits of the VPLs that the point faces and that face it, be they lit or not; others give it nothing. */
+/* A word of bits of the VPLs that the point faces and that face it, be they lit or not; others give it nothing, nor do
+ * points in portals give anything to what is not in their box. */
 uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver *at, uint32_t word);
 
 /* Of the VPLs that the point faces about n of bounced light are drawn into ret_bits, each with a chance in proportion

@@ -70,8 +70,11 @@ static uint32_t count_facing(const struct lum_portals *o, struct lum_vec3 d)
     return n;
 }
 
-/* Point u of the one that u.x picks among those n. */
-static struct lum_vec3 point_of_facing(const struct lum_portals *o, struct lum_vec3 d, uint32_t n, struct lum_vec2 u)
+/* Point u of the one that u.x picks among those n, and how densely lines through it lie, over the area of a plane
+ * across d. That is not left to density_of_aimed: by rounding a line at a cell's edge may enter by the one beside it.
+ */
+static struct lum_vec3 point_of_facing(const struct lum_portals *o, struct lum_vec3 d, uint32_t n, struct lum_vec2 u,
+                                       float *ret_density)
 {
     uint32_t left = (uint32_t)(u.x * (float)n), face = 0;
     u.x = lum_clamp(u.x * (float)n - (float)left, 0.0f, LUM_ONE_MINUS);
@@ -81,8 +84,9 @@ static struct lum_vec3 point_of_facing(const struct lum_portals *o, struct lum_v
             break;
         left -= of_face;
     }
-    struct lum_vec3 inward;
-    return lum_portals_point(o, o->cell[o->first[face] + left], u, &inward);
+    struct lum_vec3 inward, x = lum_portals_point(o, o->cell[o->first[face] + left], u, &inward);
+    *ret_density = 1.0f / ((float)n * lum_portals_cell_area(o, face / 2u) * lum_dot(inward, d));
+    return x;
 }
 
 /* Back along d from x, within the box, to where light comes into it. */
@@ -123,13 +127,15 @@ static bool emit_parallel(const struct lum_snapshot *s, struct lum_vec3 d, struc
     uint32_t n = count_facing(portals, d);
     float all = area[0] + area[1] + area[2], aimed = n > 0 ? AIMED : 0.0f;
     struct lum_vec3 o;
+    float through;
     if (n > 0 && !pick_half(&u.x)) {
-        o = back_to_face(&b, point_of_facing(portals, d, n, u), d);
+        o = back_to_face(&b, point_of_facing(portals, d, n, u, &through), d);
     } else {
         int axis = pick_axis(area, &u.x);
         o = face_point(&b, axis, to[axis] > 0.0f ? -1.0f : 1.0f, u);
+        through = density_of_aimed(portals, o, d, n);
     }
-    float density = (1.0f - aimed) / all + aimed * density_of_aimed(portals, o, d, n);
+    float density = (1.0f - aimed) / all + aimed * through;
     return lum_emit_ray(o, d, lum_rgb_scale(irradiance, 1.0f / density), ret);
 }
 
@@ -281,6 +287,59 @@ static float pdf_of_environment(const struct lum_light *l, struct lum_vec3 p, st
     return l->env ? lum_env_map_pdf(l->env, lum_frame_to_local(&l->frame, wi)) : 0.25f * LUM_INV_PI;
 }
 
+/* Nearer to the plane of a portal than this cosine nothing is weighed: the pdf stays finite. */
+#define PORTAL_COS_MIN 1e-6f
+
+static float portal_pdf(const struct lum_portals *o, float distance, float cosine, float area)
+{
+    return distance * distance / (lum_max(cosine, PORTAL_COS_MIN) * area * (float)o->n);
+}
+
+float lum_environment_pdf_by_portals(const struct lum_light *l, const struct lum_portals *portals, struct lum_vec3 p,
+                                     struct lum_vec3 wi)
+{
+    float all_around = pdf_of_environment(l, p, wi, 0.0f, 0.0f), aimed = 0.0f;
+    struct lum_portal_hit hit;
+    if (!portals || portals->n == 0 || !lum_portals_leave(portals, p, wi, &hit))
+        return all_around;
+    if (lum_portals_is_open(portals, hit.cell))
+        aimed = portal_pdf(portals, hit.distance, hit.cosine, hit.area);
+    return (1.0f - AIMED) * all_around + AIMED * aimed;
+}
+
+/* Towards a point of a portal; p is in the box. */
+static bool sample_portal(const struct lum_light *l, const struct lum_portals *o, struct lum_vec3 p, struct lum_vec2 u,
+                          struct lum_light_sample *ret)
+{
+    uint32_t k = (uint32_t)(u.x * (float)o->n);
+    u.x = lum_clamp(u.x * (float)o->n - (float)k, 0.0f, LUM_ONE_MINUS);
+    struct lum_vec3 inward, d = lum_v3_sub(lum_portals_point(o, o->cell[k], u, &inward), p);
+    float distance = lum_length(d);
+    if (!(lum_dot(d, inward) < 0.0f))
+        return false;
+    ret->wi = lum_v3_mul(d, 1.0f / distance);
+    ret->distance = INFINITY;
+    ret->radiance = lum_sky_radiance(l, ret->wi);
+    float area = lum_portals_cell_area(o, o->cell[k] / lum_portals_per_face(o) / 2u);
+    ret->pdf_sa = (1.0f - AIMED) * pdf_of_environment(l, p, ret->wi, 0.0f, 0.0f) +
+                  AIMED * portal_pdf(o, distance, -lum_dot(ret->wi, inward), area);
+    return isfinite(ret->pdf_sa) && ret->pdf_sa > 0.0f;
+}
+
+bool lum_environment_sample_by_portals(const struct lum_light *l, const struct lum_portals *portals, struct lum_vec3 p,
+                                       struct lum_vec2 u, struct lum_light_sample *ret)
+{
+    struct lum_portal_hit hit; /* any direction tells whether p is in the box */
+    if (!portals || portals->n == 0 || !lum_portals_leave(portals, p, lum_v3(1.0f, 0.0f, 0.0f), &hit))
+        return lum_environment_sample(l, u, ret);
+    if (!pick_half(&u.x))
+        return sample_portal(l, portals, p, u, ret);
+    if (!lum_environment_sample(l, u, ret))
+        return false;
+    ret->pdf_sa = lum_environment_pdf_by_portals(l, portals, p, ret->wi);
+    return true;
+}
+
 static void aim_at_environment(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
                                struct lum_light_target *inout)
 {
@@ -358,7 +417,7 @@ static struct sky_ray aim_at_portals(const struct lum_portals *o, const struct b
     struct lum_frame f = lum_frame_from_normal(inward);
     struct sky_ray ray = {.d = lum_frame_to_scene(&f, lum_warp_cosine(u_direction))};
     ray.o = back_to_face(b, x, ray.d);
-    ray.density = density_through(o, &ray);
+    ray.density = 1.0f / (LUM_PI * (float)o->n * lum_portals_cell_area(o, o->cell[k] / lum_portals_per_face(o) / 2u));
     return ray;
 }
 

@@ -10,6 +10,7 @@
 #include "core/math/vec.h"
 
 struct lum_light;
+struct lum_portals;
 struct lum_snapshot;
 
 struct lum_light_sample {
@@ -27,6 +28,13 @@ bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_ve
 
 /* The same of an environment, which is seen alike from everywhere. */
 bool lum_environment_sample(const struct lum_light *l, struct lum_vec2 u, struct lum_light_sample *ret_sample);
+
+/* An environment as seen from p by way of portals (light/portals.h; NULL: none) as often as all around, where p is in
+ * their box; and the pdf with which unit direction wi comes of that. */
+bool lum_environment_sample_by_portals(const struct lum_light *l, const struct lum_portals *portals, struct lum_vec3 p,
+                                       struct lum_vec2 u, struct lum_light_sample *ret_sample);
+float lum_environment_pdf_by_portals(const struct lum_light *l, const struct lum_portals *portals, struct lum_vec3 p,
+                                     struct lum_vec3 wi);
 
 /* The same where it may be of another pdf (lum_light_plain_pdf): quads are sampled by area, which costs a fifth, unless
  * they are so near that the weights would differ much. */

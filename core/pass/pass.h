@@ -17,6 +17,7 @@ struct lum_components;
 struct lum_vpl_set;
 struct lum_records;
 struct lum_path_guide;
+struct lum_portals;
 struct lum_effect_noise;
 
 /* One pass. Estimators read it, and write only what belongs to their tile and their worker. */
@@ -41,6 +42,7 @@ struct lum_pass {
     struct lum_records *records;           /* methods with a cache (effect/indirect/records.h); NULL: likewise */
     struct lum_records *kept_records;      /* for lum_stage_cache */
     struct lum_caches *caches;             /* where methods with a cache find theirs */
+    const struct lum_portals *portals;     /* for path traced samples; NULL: none */
     struct lum_path_guide *guide;          /* of path traced samples (path/guide.h); NULL: there is none */
     struct lum_effect_noise *effect_noise; /* likewise (path/effect_noise.h); NULL: nobody asks */
     struct lum_film *film;

@@ -159,8 +159,10 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
     if (!path->was_indirect && lum_wave_leaves_out(w, light))
         return 0.0f;
     struct lum_vec3 at = s ? s->p : lum_v3(0, 0, 0), ng = s ? s->ng : lum_v3(0, 0, 0);
-    float pdf = path->plain ? lum_light_plain_pdf(w->snapshot, light, path->p, d, at, ng)
-                            : lum_light_pdf(w->snapshot, light, path->p, d, at, ng);
+    float pdf = s ? path->plain ? lum_light_plain_pdf(w->snapshot, light, path->p, d, at, ng)
+                                : lum_light_pdf(w->snapshot, light, path->p, d, at, ng)
+                  : lum_environment_pdf_by_portals(&w->snapshot->lights.lights[light], path->plain ? w->portals : NULL,
+                                                   path->p, d);
     if (!path->every_light)
         pdf *= lum_lights_pick_pdf(&w->snapshot->lights, path->p, path->n, light);
     return lum_power_heuristic(path->pdf_sa, pdf);
@@ -266,6 +268,7 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->parts = NULL;
     w->gains = NULL;
     w->segments_met = NULL;
+    w->portals = NULL;
     w->guide = NULL;
     w->notes = NULL;
     memset(w->radiance, 0, sizeof w->radiance);

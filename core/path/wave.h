@@ -64,6 +64,7 @@ struct lum_path_segments {
 #define LUM_WAVE_PAIR_PIXEL 0u /* sampler pair that paths leave to whoever starts them at the eye */
 
 struct lum_path_guide;
+struct lum_portals;
 struct lum_path_guide_notes;
 
 /* The paths that are alive, densely packed: path i has ray i. About 60 KiB: lives on a worker's stack. */
@@ -102,6 +103,7 @@ struct lum_wave {
      * noisy. */
     float (*parts)[LUM_EFFECT_COUNT];
     struct lum_gains *gains; /* NULL: all goes to radiance. Else set after lum_wave_begin, with a unit snapshot */
+    const struct lum_portals *portals;      /* NULL: none are known. Else set likewise */
     struct lum_path_segments *segments_met; /* NULL: not wanted. Else set after lum_wave_begin */
     const struct lum_path_guide *guide;     /* NULL: paths go unguided. Else set after lum_wave_begin */
     struct lum_path_guide_notes *notes;     /* NULL: not wanted. Else set likewise, with a guide and without gains */

@@ -42,6 +42,15 @@ struct choice {
     uint32_t pair;
 };
 
+static bool sample_light(const struct lum_wave *w, uint32_t light, struct lum_vec3 p, struct lum_vec2 u,
+                         struct lum_light_sample *ret)
+{
+    const struct lum_light *l = &w->snapshot->lights.lights[light];
+    if (l->kind == LUM_EMIT_ENVIRONMENT)
+        return lum_environment_sample_by_portals(l, w->portals, p, u, ret);
+    return lum_light_sample_plainly(w->snapshot, light, p, u, ret);
+}
+
 /* Light sampled from a vertex; queues its shadow ray. */
 static void queue_light(struct lum_wave *w, const struct lum_path *path, const struct lum_vertex *v,
                         struct choice choice)
@@ -57,7 +66,7 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
     struct lum_vec2 u = {0.5f, 0.5f};
     if (!w->snapshot->lights.lights[light].delta)
         u = lum_sampler_2d(&path->sampler, choice.pair);
-    if (!lum_light_sample_plainly(w->snapshot, light, v->p, u, &ls))
+    if (!sample_light(w, light, v->p, u, &ls))
         return;
     if (w->media)
         ls.radiance = lum_rgb_mul(ls.radiance, lum_media_transmittance(w->snapshot, v->p, ls.wi, ls.distance));

@@ -222,6 +222,7 @@ static void trace_job(void *ctx, uint32_t job, uint32_t worker)
     struct lum_wave w;
     lum_wave_begin(&w, pass->snapshot, &t->p->counters[worker], pass->settings->max_depth, lum_pass_effects_off(pass));
     w.illuminance = pass->settings->illuminance;
+    w.portals = pass->portals;
     for (uint32_t i = 0; i < 2 * n; i++) {
         const struct probe *probe = &t->p->probes[pairs[i / 2].probe];
         struct lum_sampler sampler = lum_sampler_at(pairs[i / 2].probe, i % 2, pairs[i / 2].sample, t->seed);

@@ -4,6 +4,8 @@
 #include "core/effect/path/path.h"
 #include "core/math/sampler.h"
 #include "core/path/guide.h"
+#include "core/trace/stale.h"
+#include "core/vpl/vpl.h"
 #include "core/render/view_state.h"
 
 struct lum_view_settings lum_view_settings_default(void)
@@ -209,6 +211,33 @@ static bool shows_every_light(const struct lum_view *v, const struct lum_pass *p
     return true;
 }
 
+#define PORTAL_VPLS 2048u /* which, with tries, look for portals: as many as in a frame of live */
+#define PORTAL_TRIES 4u
+
+/* Portals for path traced samples, but for rough ones, which are fewer than the rays that look for them. NULL: there are
+ * none. */
+static const struct lum_portals *find_portals(struct lum_view *v, const struct lum_pass *pass)
+{
+    const struct lum_snapshot *s = pass->snapshot;
+    if (pass->block > 1 || s->lights.environment == LUM_NO_OBJECT)
+        return NULL;
+    struct lum_versions now = lum_versions_seen(s, false);
+    if (!v->portals_known || lum_is_stale(lum_edits_of_versions(&v->portals_versions, &now), LUM_PRODUCT_VPL_PATHS)) {
+        struct lum_vpl_request request = {.snapshot = s,
+                                          .n = PORTAL_VPLS,
+                                          .max_bounces = 2,
+                                          .tries = PORTAL_TRIES,
+                                          .pool = v->pool,
+                                          .counters = &v->counters[0]};
+        struct lum_error unused; /* without memory samples are as they are without portals */
+        if (lum_vpl_portals(&v->portals, &request, &unused) != LUM_OK)
+            v->portals.n = 0;
+        v->portals_versions = now;
+        v->portals_known = true;
+    }
+    return v->portals.n > 0 ? &v->portals : NULL;
+}
+
 /* One more path traced sample of every pixel. */
 static enum lum_status run_samples(struct lum_view *v, struct lum_pass *pass, const struct lum_stage_runner *runner)
 {
@@ -217,6 +246,7 @@ static enum lum_status run_samples(struct lum_view *v, struct lum_pass *pass, co
         v->guide = lum_path_guide_create();
     struct lum_guided_pass guided = {pass->snapshot, pass->film, pass->target_spp - 1,
                                      pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] && shows_every_light(v, pass)};
+    pass->portals = find_portals(v, pass);
     pass->guide = v->guide && lum_path_guide_begin(v->guide, &guided, v->pool) ? v->guide : NULL;
     runner->stats->stage_ms[LUM_STAGE_PATH] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
     struct lum_error unused;

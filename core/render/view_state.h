@@ -2,6 +2,7 @@
 #ifndef LUM_CORE_RENDER_VIEW_STATE_H
 #define LUM_CORE_RENDER_VIEW_STATE_H
 
+#include "core/light/portals.h"
 #include "core/path/effect_noise.h"
 #include "core/render/aov.h"
 #include "core/render/deferred.h"
@@ -23,6 +24,9 @@ struct lum_view {
     struct lum_rough_base base; /* of rough pictures */
     struct lum_view *rough; /* all but progressive methods: the same at a part of the resolution, for rough passes */
     struct lum_path_guide *guide; /* of its path traced samples; NULL: none was needed yet, or memory is short */
+    struct lum_portals portals;   /* for them; of the geometry of portals_versions */
+    struct lum_versions portals_versions;
+    bool portals_known;
     struct lum_effect_noise effect_noise; /* likewise; without memory: not known */
     double noise[LUM_EFFECT_COUNT];       /* of the present picture's samples, when their halves were last even */
     struct lum_aov_buffers aov;

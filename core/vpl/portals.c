@@ -1,7 +1,7 @@
 /* Finds the openings by which light from afar comes into rooms.
  *
- * VPLs lie where light goes. From each some rays tell whether it is inside: whether nearly all of them, and of those
- * around it, meet something. From those that are inside many rays go out by the cosine: where they end tells how far
+ * VPLs lie where light goes. A ray from each tells of its surroundings whether they are inside: there nearly all rays
+ * meet something. From those that are inside many rays go out by the cosine: where they end tells how far
  * the room goes, which is the box, and those that meet nothing leave it through the portals, as often as diffuse light
  * would; light goes both ways, so that a cell of the box counts by how much of an even sky comes in through it.
  *
@@ -14,9 +14,10 @@
 #include "core/math/sampler.h"
 #include "core/math/warp.h"
 #include "core/trace/rays.h"
+#include "core/trace/stale.h"
 
-/* Rays from each VPL that tell whether it is inside, and from all that are together. */
-enum { RAYS_OF_ALL = 1, RAYS_INSIDE = 8192 };
+/* Rays from all VPLs together that are inside. */
+enum { RAYS_INSIDE = 8192 };
 
 /* Of all rays from a place that is outside, less than so many meet something; of one that is inside for sure, so many
  * more: a yard is in between. */
@@ -97,8 +98,8 @@ static enum lum_status ask_all(struct search *search, struct lum_error *err)
     const struct lum_vpl_set *seen = search->seen;
     search->n_lines = 0;
     for (uint32_t i = 0; i < seen->n; i++)
-        for (uint32_t k = 0; k < RAYS_OF_ALL && seen->light[i] != LUM_NO_OBJECT; k++)
-            search->lines[search->n_lines++] = line_from(seen, i, k, search->rq->seed);
+        if (seen->light[i] != LUM_NO_OBJECT)
+            search->lines[search->n_lines++] = line_from(seen, i, 0, search->rq->seed);
     return trace_all(search, err);
 }
 
@@ -112,7 +113,7 @@ static void count_inside(struct search *search, struct tally *places)
     const struct lum_snapshot *s = search->rq->snapshot;
     float upto = 0.0f;
     for (uint32_t i = 0, line = 0; i < seen->n; i++)
-        for (uint32_t k = 0; k < RAYS_OF_ALL && seen->light[i] != LUM_NO_OBJECT; k++) {
+        if (seen->light[i] != LUM_NO_OBJECT) {
             struct tally *place = &places[lum_vpl_place_of(seen, s, i)];
             place->n += 1.0f;
             place->met += isfinite(search->lines[line++].t) ? 1.0f : 0.0f;
@@ -147,10 +148,10 @@ static enum lum_status look_out(struct search *search, struct lum_error *err)
 {
     float all = search->upto[search->n_inside - 1];
     search->n_lines = RAYS_INSIDE;
-    for (uint32_t i = 0, k = 0, number = RAYS_OF_ALL; i < RAYS_INSIDE; i++, number++) {
+    for (uint32_t i = 0, k = 0, number = 1; i < RAYS_INSIDE; i++, number++) {
         while (k + 1 < search->n_inside && search->upto[k] <= ((float)i + 0.5f) / RAYS_INSIDE * all) {
             k++;
-            number = RAYS_OF_ALL;
+            number = 1;
         }
         search->lines[i] = line_from(search->seen, search->slots[k], number, search->rq->seed);
     }
@@ -215,11 +216,13 @@ static bool open_around(struct lum_portals *o, uint32_t cell)
     return true;
 }
 
+_Static_assert(6u * 8u * 8u <= LUM_PORTALS_MAX, "some side has room for all cells");
+
 /* Opens the cells through which lines get out of the box, as small as they may be. */
 static void open_cells(const struct search *search, struct lum_portals *o)
 {
     const struct lum_portals shut = *o;
-    for (uint32_t side = LUM_PORTALS_SIDE; side > 1; side /= 2) {
+    for (uint32_t side = LUM_PORTALS_SIDE;; side /= 2) { /* at 8 there is room for all */
         *o = shut;
         o->side = side;
         uint32_t n = 0;
@@ -239,7 +242,6 @@ static void open_cells(const struct search *search, struct lum_portals *o)
         lum_portals_sort(o);
         return;
     }
-    *o = shut;
 }
 
 static enum lum_status search_all(struct search *search, struct lum_portals *ret, float *room, struct lum_error *err)
@@ -253,10 +255,11 @@ static enum lum_status search_all(struct search *search, struct lum_portals *ret
     return status;
 }
 
-enum lum_status lum_vpl_find_portals(struct lum_portals *ret_portals, const struct lum_vpl_set *seen,
-                                     const struct lum_vpl_request *rq, struct lum_error *err)
+/* seen: VPLs from where to look. */
+static enum lum_status look_from(struct lum_portals *ret_portals, const struct lum_vpl_set *seen,
+                                 const struct lum_vpl_request *rq, struct lum_error *err)
 {
-    uint32_t n_lines = seen->n * RAYS_OF_ALL > RAYS_INSIDE ? seen->n * RAYS_OF_ALL : RAYS_INSIDE;
+    uint32_t n_lines = seen->n > RAYS_INSIDE ? seen->n : RAYS_INSIDE;
     struct search search = {.seen = seen, .rq = rq};
     *ret_portals = (struct lum_portals){0};
     search.lines = lum_calloc(n_lines, sizeof *search.lines);
@@ -272,5 +275,45 @@ enum lum_status lum_vpl_find_portals(struct lum_portals *ret_portals, const stru
     lum_free(search.upto);
     lum_free(search.slots);
     lum_free(search.lines);
+    return status;
+}
+
+/* Tries whose VPLs look for portals: of a sky's paths few come in. */
+#define TRIES_SEEN 4u
+
+enum lum_status lum_vpl_find_portals(struct lum_vpl_set *set, const struct lum_vpl_request *rq, struct lum_error *err)
+{
+    if (set->tries == 1 || !lum_vpl_comes_from_afar(set))
+        return LUM_OK;
+    struct lum_vpl_set few = *set;
+    struct lum_vpl_plan plan;
+    few.tries = set->tries < TRIES_SEEN ? set->tries : TRIES_SEEN;
+    few.max_bounces = set->max_bounces > 2 ? set->max_bounces : 2;
+    lum_vpl_plan_init(&plan, &few);
+    struct lum_vpl_set seen = {.n = set->n_bounced * few.tries, .lobes_off = set->lobes_off, .versions = set->versions};
+    enum lum_status status = lum_vpl_alloc(&seen, err);
+    if (status == LUM_OK)
+        status = lum_vpl_emit(rq, &plan, &seen, err);
+    if (status == LUM_OK)
+        status = look_from(&set->portals, &seen, rq, err);
+    lum_vpl_finish(&seen);
+    return status;
+}
+
+enum lum_status lum_vpl_portals(struct lum_portals *ret_portals, const struct lum_vpl_request *rq,
+                                struct lum_error *err)
+{
+    const struct lum_vpl_set before = {0};
+    struct lum_vpl_set set = {.n = rq->n,
+                              .n_bounced = rq->n,
+                              .max_bounces = rq->max_bounces,
+                              .seed = rq->seed,
+                              .tries = rq->tries,
+                              .versions = lum_versions_seen(rq->snapshot, rq->media)};
+    enum lum_status status = lum_vpl_share_paths(&set, &before, rq->snapshot, err);
+    if (status == LUM_OK)
+        status = lum_vpl_find_portals(&set, rq, err);
+    *ret_portals = set.portals;
+    lum_vpl_finish(&set);
     return status;
 }

@@ -46,26 +46,38 @@ static void place(struct lum_vpl_set *set, uint32_t slot, const struct lum_light
     set->light[slot] = set->sky;
 }
 
-/* Point j of a cell lies where it lies whatever other cells are open, and in the first free slot from one that its
- * number says: cells that open and shut move few others. */
-static void place_in_portal(struct lum_vpl_set *set, uint32_t cell, uint32_t j, uint32_t in_each)
+/* How cells are dealt out, so that any of a number of shares is spread evenly: rows are shifted against each other. */
+static uint32_t turn_of(const struct lum_vpl_set *set, uint32_t cell, uint32_t of)
+{
+    uint32_t side = set->portals.side, shift = of > 4 ? 3 : of > 2 ? 2 : 1;
+    return (cell % side + shift * (cell / side) + lum_hash_u32(set->seed)) % of;
+}
+
+/* Slots that are the same modulo 4 serve records which ask one point in 4 (vpl_sum.c). */
+enum { SHARES = 4, OF_SHARE = LUM_VPL_PORTALS / SHARES };
+
+/* Point j of a cell lies where it lies whatever other cells are open, and in the first free slot of its share from one
+ * that its number says: cells that open and shut move few others. */
+static void place_in_portal(struct lum_vpl_set *set, uint32_t cell, uint32_t j, uint32_t in_each, uint32_t every)
 {
     uint32_t h = lum_hash_combine(lum_hash_u32(cell), set->seed), first = lum_vpl_first_portal(set);
-    uint32_t at = lum_hash_combine(h, j) % LUM_VPL_PORTALS;
-    while (set->light[first + at] != LUM_NO_OBJECT)
-        at = (at + 1) % LUM_VPL_PORTALS;
+    uint32_t share = (turn_of(set, cell, SHARES * every) / every + j) % SHARES;
+    uint32_t at = lum_hash_combine(h, j) % OF_SHARE;
+    for (uint32_t k = 1; set->light[first + at * SHARES + share] != LUM_NO_OBJECT; k++) {
+        at = (at + 1) % OF_SHARE;
+        share = k % OF_SHARE ? share : (share + 1) % SHARES;
+    }
     struct lum_vec3 n, p = lum_portals_point(&set->portals, cell, lattice_point(j, in_each, h), &n);
-    uint32_t slot = first + at;
+    uint32_t slot = first + at * SHARES + share;
     set->px[slot] = p.x, set->py[slot] = p.y, set->pz[slot] = p.z;
     set->nx[slot] = n.x, set->ny[slot] = n.y, set->nz[slot] = n.z;
     set->light[slot] = set->sky;
 }
 
-/* Of cells in rows one in `every`, a power of 2: as even as a lattice is. */
+/* Of cells one in `every`, a power of 2. */
 static bool takes(const struct lum_vpl_set *set, uint32_t cell, uint32_t every)
 {
-    uint32_t side = set->portals.side, i = cell % side, j = cell / side;
-    return (i + (every > 4 ? 3 : every > 2 ? 2 : 1) * j + lum_hash_u32(set->seed)) % every == 0;
+    return turn_of(set, cell, every) == 0;
 }
 
 static uint32_t count_taken(const struct lum_vpl_set *set, uint32_t every)
@@ -90,7 +102,7 @@ static void place_in_portals(struct lum_vpl_set *set)
     set->per_portal = (float)in_each / (float)every;
     for (uint32_t k = 0; k < n; k++)
         for (uint32_t j = 0; j < in_each && takes(set, set->portals.cell[k], every); j++)
-            place_in_portal(set, set->portals.cell[k], j, in_each);
+            place_in_portal(set, set->portals.cell[k], j, in_each, every);
 }
 
 /* LUM_NO_OBJECT: none shines, or it is not even. */
@@ -151,7 +163,7 @@ float lum_vpl_dome_weight(const struct lum_vpl_set *set, const struct lum_light 
 /* With d = v - p, r its length, a = d.n, h = -d.n_v and K points per area, the term is
  *   f = L a / (D r + K r^4 / h) = L a / g,
  * and df/dp = -df/dd = -L (n / g - a / g^2 (D d / r + 4 K r^2 d / h + K r^4 n_v / h^2)). How L and D change with d is
- * left out: a sky is even. */
+ * left out, as a sky is even, and how the weights of the dome do. */
 bool lum_vpl_portal_term(const struct lum_vpl_set *set, const struct lum_light *sky, uint32_t slot, struct lum_vec3 p,
                          struct lum_vec3 n, struct lum_portal_term *ret)
 {
@@ -159,7 +171,7 @@ bool lum_vpl_portal_term(const struct lum_vpl_set *set, const struct lum_light *
                     nv = {set->nx[slot], set->ny[slot], set->nz[slot]};
     struct lum_vec3 d = lum_v3_sub(v, p);
     float r2 = lum_dot(d, d), r = sqrtf(r2), a = lum_dot(d, n), h = -lum_dot(d, nv);
-    if (!(a > 0.0f && h > 0.0f && sky->on))
+    if (!(a > 0.0f && h > 0.0f))
         return false;
     uint32_t axis = nv.x != 0.0f ? 0 : nv.y != 0.0f ? 1 : 2;
     float k = set->per_portal / lum_portals_cell_area(&set->portals, axis);

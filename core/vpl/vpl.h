@@ -42,6 +42,7 @@ struct lum_vpl_share;
 #define LUM_VPL_DOME 256u    /* slots for a sky all around: half of them lie above a horizon; */
 #define LUM_VPL_PORTALS 64u  /* and in portals by which it is seen from inside */
 #define LUM_VPL_SKY (LUM_VPL_DOME + LUM_VPL_PORTALS)
+_Static_assert(LUM_VPL_PORTALS == 64u && LUM_VPL_DOME % 64u == 0, "points in portals are one word of bits");
 #define LUM_VPL_SLOTS_MAX (LUM_VPL_MAX + LUM_VPL_SKY)
 
 /* Structure of arrays, by slot; every array is padded to a multiple of 16 with black VPLs. Zeroed: empty. */
@@ -140,5 +141,9 @@ struct lum_vpl_request {
  * director; splits its work over the pool. */
 LUM_MUST_USE enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_request *request,
                                             struct lum_error *err);
+
+/* The portals alone, for who has no VPLs; n and tries as above. n 0: there are none. Likewise. */
+LUM_MUST_USE enum lum_status lum_vpl_portals(struct lum_portals *ret_portals, const struct lum_vpl_request *request,
+                                             struct lum_error *err);
 
 #endif

@@ -76,7 +76,7 @@
 #define LUM_LIMIT_REPEAT_USERS 256u  /* whose are known: those who edited last */
 #define LUM_LIMIT_CHANGES_KEPT 1024u /* of the scene, for those who come back */
 #define LUM_LIMIT_CHANGES_KEPT_BYTES (4u << 20) /* a quarter of what may wait for one session */
-#define LUM_LIMIT_HELLO_S 5 /* from connection, or the refusal of a project, to an accepted session.hello */
+#define LUM_LIMIT_HELLO_S 5 /* from connection, or the refusal of a project that was waited for, to a session.hello */
 #define LUM_LIMIT_OPENING_TOLD_S                                                                                       \
     2 /* how often who waits for a project hears so: a tenth of what a page takes for dead */
 #define LUM_LIMIT_MESSAGES_PER_S 240u        /* a 120 Hz drag of two values; token bucket with 2 s of burst */

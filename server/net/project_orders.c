@@ -205,7 +205,7 @@ bool lum_projects_order(struct lum_projects *all, const struct lum_project_order
     }
     if (!push(all, &o, false, err))
         return false;
-    if (o.verb == LUM_PROJECT_DELETE || o.verb == LUM_PROJECT_ERASE)
+    if (o.verb == LUM_PROJECT_DELETE || o.verb == LUM_PROJECT_RESTORE || o.verb == LUM_PROJECT_ERASE)
         item->going = true;
     if (o.verb == LUM_TRASH_EMPTY)
         mark_trash(all, INT64_MAX);
@@ -340,7 +340,7 @@ static void settle(struct lum_projects *all, struct lum_project_work *w)
     enum lum_project_verb verb = w->order.verb;
     bool erases = verb == LUM_PROJECT_ERASE || verb == LUM_TRASH_EMPTY;
     struct lum_project_item *item = lum_projects_item(all, w->order.info.id);
-    if (item && (erases || verb == LUM_PROJECT_DELETE))
+    if (item && (erases || verb == LUM_PROJECT_DELETE || verb == LUM_PROJECT_RESTORE))
         item->going = item->emptied = false;
     if (w->status)
         tell_failure(all, w);
@@ -353,7 +353,8 @@ static void settle(struct lum_projects *all, struct lum_project_work *w)
     w->order.n_erased += erases && !w->status;
     w->n_failed += erases && w->status;
     if (erases && !w->status)
-        lum_log(&all->config.director.log, LUM_LOG_INFO, "projects", "%s is removed for ever", w->order.info.id);
+        lum_log(&all->config.director.log, all->config.director.audit ? LUM_LOG_AUDIT : LUM_LOG_INFO, "projects",
+                "%s is removed for ever", w->order.info.id);
 }
 
 static void take_first(struct lum_projects *all, struct lum_project_work *w)

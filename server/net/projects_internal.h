@@ -38,7 +38,7 @@ struct lum_project {
 
 struct lum_project_item {
     struct lum_project_info info;
-    bool going;   /* into the trash, or for ever: nobody gets in, nobody brings it back */
+    bool going;   /* into the trash, out of it, or for ever: nobody gets in, nothing else is done with it */
     bool emptied; /* for ever, with what else was in the trash then */
 };
 

@@ -247,7 +247,7 @@ static void answer(struct lum_sessions *t, const struct lum_project_order *o, en
                    const struct lum_error *why)
 {
     struct lum_session *s = o->by.slot < LUM_LIMIT_CONNECTIONS ? &t->slots[o->by.slot] : NULL;
-    if (!status && o->verb != LUM_VERSION_LIST)
+    if ((!status && o->verb != LUM_VERSION_LIST) || o->n_erased > 0)
         log_deed(t, o);
     if (!s || !s->open || s->ref.generation != o->by.generation || !o->rpc_id)
         return;

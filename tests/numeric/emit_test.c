@@ -248,6 +248,49 @@ static void as_many_go_there_through_portals(void **state)
     compare_with_received(true);
 }
 
+/* An environment is as bright by portals as without, from inside their box and from outside, and each sample has the
+ * pdf that its direction is said to have. */
+static void environments_are_as_bright_by_portals(void **state)
+{
+    (void)state;
+    const int kinds[] = {LUM_LIGHT_ENVIRONMENT, LUM_LIGHT_SKY, IMAGE};
+    const double level = sidak(0.01, 3 * 4);
+    for (size_t k = 0; k < LUM_ARRAY_LEN(kinds); k++) {
+        struct rig r;
+        scene_with(&r, kinds[k]);
+        const struct lum_light *l = &r.snapshot->lights.lights[0];
+        const struct lum_portals portals = some_portals(&r);
+        for (int place = 0; place < 4; place++) {
+            struct rng random = {(uint64_t)(k * 4 + (size_t)place)};
+            struct lum_vec3 p = rig_to_scene(&r, place == 3 ? 1.9 : 0.4 * place - 0.5, 0.3, -0.6);
+            struct lum_vec3 n = lum_normalize(lum_v3(0.3f, 0.8f, -0.5f));
+            struct mean by_portals = {0}, all_around = {0};
+            int n_off = 0;
+            for (int i = 0; i < 50000; i++) {
+                struct lum_light_sample a = {0}, b = {0};
+                struct lum_vec2 u = random_pair(&random);
+                bool found = lum_environment_sample_by_portals(l, &portals, p, u, &a);
+                double cosine = (double)lum_max(lum_dot(a.wi, n), 0.0f);
+                mean_add(&by_portals, found ? (double)a.radiance.g * cosine / (double)a.pdf_sa : 0.0);
+                float told = found ? lum_environment_pdf_by_portals(l, &portals, p, a.wi) : 0.0f;
+                /* but at the edges of cells, where rounding may put it next door */
+                if (found && !(fabsf(told / a.pdf_sa - 1.0f) < 1e-3f))
+                    n_off++;
+                found = lum_environment_sample(l, u, &b);
+                cosine = (double)lum_max(lum_dot(b.wi, n), 0.0f);
+                mean_add(&all_around, found ? (double)b.radiance.g * cosine / (double)b.pdf_sa : 0.0);
+            }
+            assert_true(n_off < 50);
+            double err = hypot(mean_stderr(&by_portals), mean_stderr(&all_around));
+            double z = fabs(by_portals.mean - all_around.mean) / err;
+            if (err > 0.0 && erfc(z / sqrt(2.0)) < level)
+                fail_msg("%s, place %d: %g by portals, %g without, +- %g", name_of(kinds[k]), place, by_portals.mean,
+                         all_around.mean, err);
+        }
+        rig_end(&r);
+    }
+}
+
 /* A line from a point in the box leaves it by the cell that has the point on it, and enters there when it comes back.
  */
 static void lines_cross_the_cells_they_meet(void **state)
@@ -368,6 +411,7 @@ int main(void)
         cmocka_unit_test(shots_go_where_light_is_received),
         cmocka_unit_test(as_many_go_there_through_portals),
         cmocka_unit_test(lines_cross_the_cells_they_meet),
+        cmocka_unit_test(environments_are_as_bright_by_portals),
         cmocka_unit_test(spot_follows_its_ramp),
         cmocka_unit_test(shots_leave_their_light),
     };

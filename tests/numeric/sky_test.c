@@ -274,22 +274,56 @@ static void what_moves_before_the_window_is_seen(void **state)
     struct bed b;
     room_begin(&b);
     rig_box(&b.r, "screen", 0.5, 0.5, 0.05);
-    rig_object(&b.r, "screen", "screen", "white", rig_v(-2, 0.6, 2));
+    rig_object(&b.r, "post", "screen", "white", rig_v(0, 3, -27)); /* so that the scene's bounds stay */
+    rig_object(&b.r, "screen", "screen", "white", rig_v(2, 2, -26));
     bed_commit(&b);
-    struct lum_vec3 p = rig_to_scene(&b.r, 0, 0, 0), up = {0, 1, 0};
-    struct lum_cache_record *record = build_at(&b, p, up);
-    double before = (double)record->irradiance.g;
-    for (int i = 0; i < 4; i++) {
-        const double z[] = {-3.5, -4.5, -30, 3}; /* inside, outside, far outside, away */
-        rig_object(&b.r, "screen", "screen", "white", rig_v(0, i == 2 ? 12 : 1.6, z[i]));
+    enum { N = 40, MOVES = 30 };
+    struct lum_cache_record *record[N];
+    struct lum_vec3 up = {0, 1, 0};
+    for (int k = 0; k < N; k++)
+        record[k] = build_at(&b, rig_to_scene(&b.r, -2 + k % 5, 0, -3.5 + 0.9 * (k / 5)), up);
+    double before = (double)record[22]->irradiance.g;
+    int n_alike = 0;
+    for (int i = 0; i < MOVES; i++) {
+        double z = i == 0 ? -3.5 : i == 1 ? -4.5 : -3 - 0.7 * i; /* inside, outside, and away */
+        rig_object(&b.r, "screen", "screen", "white", rig_v(i < 2 ? 0 : 0.37 * (i % 7) - 1, 1.6 + 0.11 * (i % 5), z));
         bed_commit(&b);
-        refresh(&b, record);
-        struct lum_cache_record *fresh = build_at(&b, p, up);
-        assert_true(record->irradiance.g == fresh->irradiance.g);
-        assert_true(record->gradient[0].g == fresh->gradient[0].g && record->gradient[2].g == fresh->gradient[2].g);
+        for (int k = 0; k < N; k++) {
+            refresh(&b, record[k]);
+            struct lum_cache_record *fresh = build_at(&b, record[k]->p, up);
+            bool alike =
+                record[k]->radius == fresh->radius; /* else its surroundings are other ones: it would be let go */
+            n_alike += alike;
+            if (alike &&
+                (record[k]->irradiance.g != fresh->irradiance.g || record[k]->gradient[2].g != fresh->gradient[2].g))
+                fail_msg("move %d, record %d: %.9g, built now %.9g", i, k, (double)record[k]->irradiance.g,
+                         (double)fresh->irradiance.g);
+            assert_true(lum_store_remove(b.cache->store, 0, fresh));
+        }
         if (i < 2)
-            assert_true((double)record->irradiance.g < 0.8 * before);
+            assert_true((double)record[22]->irradiance.g < 0.8 * before);
     }
+    assert_true(n_alike > N * MOVES * 3 / 4);
+    bed_end(&b);
+}
+
+/* The environment is the first one that is on: one that is black leaves the room dark. */
+static void another_sky_shuts_the_window(void **state)
+{
+    (void)state;
+    struct bed b;
+    room_begin(&b);
+    struct lum_light_desc other = sky_of(0);
+    other.on = false;
+    rig_light(&b.r, "a", &other);
+    bed_commit(&b);
+    struct lum_cache_record *record = build_at(&b, rig_to_scene(&b.r, 0, 0, 0), lum_v3(0.0f, 1.0f, 0.0f));
+    assert_true(record->irradiance.g > 0.0f);
+    other.on = true;
+    rig_light(&b.r, "a", &other);
+    bed_commit(&b);
+    refresh(&b, record);
+    assert_true(record->irradiance.g == 0.0f);
     bed_end(&b);
 }
 
@@ -313,9 +347,13 @@ static void gradient_tells_what_is_beside(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(open_sky_is_pi_times_luminance),       cmocka_unit_test(window_lights_the_room),
-        cmocka_unit_test(what_moves_before_the_window_is_seen), cmocka_unit_test(gradient_tells_what_is_beside),
-        cmocka_unit_test(part_of_the_sky_stands_for_all),       cmocka_unit_test(wall_covers_its_share),
+        cmocka_unit_test(open_sky_is_pi_times_luminance),
+        cmocka_unit_test(window_lights_the_room),
+        cmocka_unit_test(what_moves_before_the_window_is_seen),
+        cmocka_unit_test(another_sky_shuts_the_window),
+        cmocka_unit_test(gradient_tells_what_is_beside),
+        cmocka_unit_test(part_of_the_sky_stands_for_all),
+        cmocka_unit_test(wall_covers_its_share),
         cmocka_unit_test(other_light_no_ray_another_wall_few),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -220,6 +220,29 @@ static void only_what_is_in_the_trash_goes(void **state)
     assert_non_null(listed(f, id));
 }
 
+static void what_comes_back_is_not_emptied(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_proto_error err;
+    struct lum_project_order done;
+    lum_project_id back, goes;
+    make(f, true, back);
+    make(f, true, goes);
+    assert_true(order(f, LUM_PROJECT_RESTORE, back, &err));
+    assert_true(order(f, LUM_TRASH_EMPTY, "", &err)); /* before it is back */
+    assert_int_equal(next_done(f, &done), LUM_OK);
+    assert_int_equal(done.verb, LUM_PROJECT_RESTORE);
+    assert_true(order(f, LUM_PROJECT_RENAME, back, &err)); /* at once */
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(next_done(f, &done), LUM_OK);
+        assert_true(done.verb == LUM_PROJECT_RENAME || done.verb == LUM_TRASH_EMPTY);
+        if (done.verb == LUM_TRASH_EMPTY)
+            assert_int_equal(done.n_erased, 1);
+    }
+    assert_non_null(listed(f, back));
+    assert_null(listed(f, goes));
+}
+
 /* One after the other, and who wants something else does not wait for all of them. */
 static void the_trash_is_emptied_between_what_others_want(void **state)
 {
@@ -360,6 +383,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(one_in_the_trash_goes_for_ever, set_up, tear_down),
         cmocka_unit_test_setup_teardown(only_what_is_in_the_trash_goes, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(what_comes_back_is_not_emptied, set_up, tear_down),
         cmocka_unit_test_setup_teardown(the_trash_is_emptied_between_what_others_want, set_up, tear_down),
         cmocka_unit_test_setup_teardown(one_that_cannot_be_removed_keeps_no_other, set_up, tear_down),
         cmocka_unit_test_setup_teardown(what_is_too_old_goes_while_the_daemon_runs, set_up, tear_down),

@@ -67,6 +67,7 @@ static void path_tile(const struct lum_pass *pass, uint32_t tile, struct lum_cou
     lum_wave_begin(&w, pass->snapshot, counters, pass->settings->max_depth, lum_pass_effects_off(pass));
     w.illuminance = pass->settings->illuminance;
     w.keeps_first = pass->film->first[0] != NULL;
+    w.portals = pass->portals;
     struct lum_path_guide_notes notes;
     if (pass->guide && lum_path_guide_serves(pass->guide, tile % pass->tiling.nx, tile / pass->tiling.nx))
         w.guide = pass->guide;
