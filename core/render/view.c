@@ -214,8 +214,8 @@ static bool shows_every_light(const struct lum_view *v, const struct lum_pass *p
 #define PORTAL_VPLS 2048u /* which, with tries, look for portals: as many as in a frame of live */
 #define PORTAL_TRIES 4u
 
-/* Portals for path traced samples, but for rough ones, which are fewer than the rays that look for them. NULL: there are
- * none. */
+/* Portals for path traced samples, but for rough ones, which are fewer than the rays that look for them. NULL: there
+ * are none. */
 static const struct lum_portals *find_portals(struct lum_view *v, const struct lum_pass *pass)
 {
     const struct lum_snapshot *s = pass->snapshot;
