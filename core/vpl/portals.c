@@ -283,7 +283,9 @@ static enum lum_status look_from(struct lum_portals *ret_portals, const struct l
 
 enum lum_status lum_vpl_find_portals(struct lum_vpl_set *set, const struct lum_vpl_request *rq, struct lum_error *err)
 {
-    if (set->tries == 1 || !lum_vpl_comes_from_afar(set))
+    const struct lum_vec3 lo = rq->snapshot->bounds_lo, hi = rq->snapshot->bounds_hi;
+    bool geometry = lo.x <= hi.x; /* else no ray has to be asked */
+    if (set->tries == 1 || !geometry || !lum_vpl_comes_from_afar(set))
         return LUM_OK;
     struct lum_vpl_set few = *set;
     struct lum_vpl_plan plan;
