@@ -261,7 +261,7 @@ class Clients(WithAuthority):
     def test_the_smallest(self):
         client = os.path.join(PYTHON, "..", "minimal", "client.py")
         picture = os.path.join(self.folder, "picture.png")
-        subprocess.run([sys.executable, client, self.url, picture, "ceiling-panel", "5500"], check=True, timeout=WAIT_S,
+        subprocess.run([sys.executable, client, self.url, picture, "ceiling-panel", "5500"], check=True, timeout=10 * WAIT_S,
                        env={**os.environ, "SSL_CERT_FILE": self.authority.certificate}, capture_output=True)
         self.assertEqual(read(picture)[:4], b"\x89PNG")
 
