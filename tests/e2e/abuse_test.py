@@ -7,7 +7,7 @@ import time
 import unittest
 
 from daemon import Daemon
-from wsclient import BROKEN, HandshakeFailed, RpcError, TEXT, Closed, frame
+from wsclient import BROKEN, HandshakeFailed, RpcError, TEXT, Closed, frame, read_to_end
 
 PER_ADDRESS = 64   # LUM_LIMIT_CONNECTIONS_PER_IP
 SESSIONS = 64      # LUM_LIMIT_SESSIONS
@@ -17,16 +17,6 @@ RX_BURST = 16 << 20    # LUM_LIMIT_RX_BURST_BYTES
 MESSAGE_BYTES = 8 << 20
 QUEUE_BYTES = 16 << 20  # LUM_LIMIT_CONTROL_QUEUE_BYTES
 SEED = int(os.environ.get("SEED", "1"))
-
-
-def read_to_end(sock):
-    data = b""
-    try:
-        while chunk := sock.recv(1 << 16):
-            data += chunk
-    except BROKEN:
-        pass
-    return data
 
 
 def reset(sock):

@@ -309,7 +309,7 @@ class Projects(unittest.TestCase):
 
             def comes(what):  # what the daemon sees by itself: that somebody left
                 while listed(again=False) != what:
-                    time.sleep(0.05)
+                    time.sleep(0.05)  # between questions, of which a session may ask so many a second
 
             self.assertEqual(listed(), ([], []))
             a = lobby.call("project.create", {"name": "A"})["project"]
@@ -321,6 +321,7 @@ class Projects(unittest.TestCase):
             changed_s = lobby.call("project.list")["projects"][0]["changed_s"]
             while lobby.call("project.list")["projects"][0]["changed_s"] == changed_s:
                 ann.call("scene.apply", {"ops": [{"op": "set", "id": "render", "path": "/exposure_ev", "value": 3}]})
+                time.sleep(0.05)  # until a second is over, of which a session may send so many messages
             lobby.call("project.rename", {"project": a, "name": "B"})
             self.assertEqual(listed(), ([("B", True, 2)], []))
             ann.leave()

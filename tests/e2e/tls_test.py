@@ -18,7 +18,7 @@ import unittest
 from access_test import SECURITY_HEADERS
 from authority import Authority, openssl
 from daemon import LUMEND, Daemon, write_people
-from wsclient import BROKEN, LAST_TILE, WAIT_S, HandshakeFailed, WebSocket, connect_tcp, tile_header
+from wsclient import LAST_TILE, WAIT_S, HandshakeFailed, WebSocket, connect_tcp, read_to_end, tile_header
 
 PYTHON = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "clients", "python"))
 sys.path.insert(0, PYTHON)
@@ -38,16 +38,6 @@ def serve(*options, environment=None):
 def read(path):
     with open(path, "rb") as file:
         return file.read()
-
-
-def read_to_end(sock):
-    data = b""
-    try:
-        while chunk := sock.recv(1 << 16):
-            data += chunk
-    except BROKEN:
-        pass
-    return data
 
 
 class WithAuthority(unittest.TestCase):

@@ -16,6 +16,17 @@ GUID = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
 
 BROKEN = (ConnectionError, ssl.SSLError)  # how a connection ends that is cut off
 
+
+def read_to_end(sock):
+    data = b""
+    try:
+        while chunk := sock.recv(1 << 16):
+            data += chunk
+    except BROKEN:
+        pass
+    return data
+
+
 CONTINUATION, TEXT, BINARY, CLOSE, PING, PONG = 0, 1, 2, 8, 9, 10
 
 

@@ -328,7 +328,7 @@ static void another_sky_shuts_the_window(void **state)
 }
 
 /* A record's gradient says what its neighbour has: 10 cm on, of some 4 m to the window, terms of second order are below
- * a hundredth. */
+ * a hundredth; and it leaves out how the weights of the dome change, up to a fifth of it here (sky.c). */
 static void gradient_tells_what_is_beside(void **state)
 {
     (void)state;
