@@ -16,24 +16,49 @@ static uint32_t index_in(float x, float lo, float hi, uint32_t side)
     return at > 0.0f ? (at < (float)side ? (uint32_t)at : side - 1u) : 0u;
 }
 
-static float face_area(const struct lum_portals *o, uint32_t axis)
+static uint32_t cells_along(float edge, float longest, uint32_t side)
 {
-    uint32_t a = (axis + 1u) % 3u, b = (axis + 2u) % 3u;
-    return (of_axis(o->hi, a) - of_axis(o->lo, a)) * (of_axis(o->hi, b) - of_axis(o->lo, b));
+    float n = ceilf(edge / longest * (float)side - 0.5f);
+    return n > 1.0f ? (n < (float)side ? (uint32_t)n : side) : 1u;
+}
+
+void lum_portals_cut(struct lum_portals *o, struct lum_vec3 lo, struct lum_vec3 hi, uint32_t side)
+{
+    struct lum_vec3 size = lum_v3_sub(hi, lo);
+    float longest = lum_max(size.x, lum_max(size.y, size.z));
+    *o = (struct lum_portals){.lo = lo, .hi = hi, .side = side};
+    for (uint32_t k = 0; k < 3; k++)
+        o->along[k] = cells_along(of_axis(size, k), longest, side);
+}
+
+/* Of a cell, along an axis. */
+static float edge_of_cell(const struct lum_portals *o, uint32_t axis)
+{
+    return (of_axis(o->hi, axis) - of_axis(o->lo, axis)) / (float)o->along[axis];
 }
 
 float lum_portals_cell_area(const struct lum_portals *o, uint32_t axis)
 {
-    return face_area(o, axis) / (float)lum_portals_per_face(o);
+    return edge_of_cell(o, (axis + 1u) % 3u) * edge_of_cell(o, (axis + 2u) % 3u);
 }
 
 /* The cell of a face that point x, on it, is in. */
 static uint32_t cell_at(const struct lum_portals *o, uint32_t axis, bool upper, struct lum_vec3 x)
 {
     uint32_t a = (axis + 1u) % 3u, b = (axis + 2u) % 3u;
-    uint32_t i = index_in(of_axis(x, a), of_axis(o->lo, a), of_axis(o->hi, a), o->side);
-    uint32_t j = index_in(of_axis(x, b), of_axis(o->lo, b), of_axis(o->hi, b), o->side);
+    uint32_t i = index_in(of_axis(x, a), of_axis(o->lo, a), of_axis(o->hi, a), o->along[a]);
+    uint32_t j = index_in(of_axis(x, b), of_axis(o->lo, b), of_axis(o->hi, b), o->along[b]);
     return (2u * axis + upper) * lum_portals_per_face(o) + j * o->side + i;
+}
+
+bool lum_portals_beside(const struct lum_portals *o, uint32_t cell, int dx, int dy, uint32_t *ret_beside)
+{
+    uint32_t face = cell / lum_portals_per_face(o), axis = face / 2u, at = cell % lum_portals_per_face(o);
+    int i = (int)(at % o->side) + dx, j = (int)(at / o->side) + dy;
+    if (i < 0 || j < 0 || i >= (int)o->along[(axis + 1u) % 3u] || j >= (int)o->along[(axis + 2u) % 3u])
+        return false;
+    *ret_beside = face * lum_portals_per_face(o) + (uint32_t)j * o->side + (uint32_t)i;
+    return true;
 }
 
 static struct lum_portal_hit hit_at(const struct lum_portals *o, uint32_t axis, bool upper, float t, struct lum_vec3 p,
@@ -98,6 +123,8 @@ struct lum_vec3 lum_portals_normal(uint32_t face)
 
 bool lum_portals_open(struct lum_portals *o, uint32_t cell)
 {
+    if (lum_portals_is_open(o, cell))
+        return true;
     if (o->n == LUM_PORTALS_MAX)
         return false;
     o->cell[o->n++] = cell;
@@ -125,11 +152,10 @@ struct lum_vec3 lum_portals_point(const struct lum_portals *o, uint32_t cell, st
 {
     uint32_t face = cell / lum_portals_per_face(o), axis = face / 2u, at = cell % lum_portals_per_face(o);
     uint32_t a = (axis + 1u) % 3u, b = (axis + 2u) % 3u;
-    float x[3], per = 1.0f / (float)o->side;
-    float ta = ((float)(at % o->side) + u.x) * per, tb = ((float)(at / o->side) + u.y) * per;
+    float x[3];
     x[axis] = of_axis(face % 2u ? o->hi : o->lo, axis);
-    x[a] = of_axis(o->lo, a) + ta * (of_axis(o->hi, a) - of_axis(o->lo, a));
-    x[b] = of_axis(o->lo, b) + tb * (of_axis(o->hi, b) - of_axis(o->lo, b));
+    x[a] = of_axis(o->lo, a) + ((float)(at % o->side) + u.x) * edge_of_cell(o, a);
+    x[b] = of_axis(o->lo, b) + ((float)(at / o->side) + u.y) * edge_of_cell(o, b);
     *ret_n = lum_portals_normal(face);
     return lum_v3(x[0], x[1], x[2]);
 }

@@ -13,13 +13,14 @@
 
 #include "core/math/vec.h"
 
-#define LUM_PORTALS_SIDE 32u /* cells along an edge of a face, at most */
-#define LUM_PORTALS_MAX 512u /* open ones: where there are more, cells are larger */
+#define LUM_PORTALS_SIDE 64u  /* cells along an edge of a face, at most */
+#define LUM_PORTALS_MAX 1024u /* open ones: where there are more, cells are larger */
 
 /* Zeroed: none. */
 struct lum_portals {
     struct lum_vec3 lo, hi; /* the box, scene space */
-    uint32_t side;          /* cells along an edge of a face: a power of 2 */
+    uint32_t side;          /* cells along the longest edge: a power of 2; cells are numbered as if all had as many */
+    uint32_t along[3];      /* and along those of each axis, so that they are about square */
     uint32_t n;             /* open ones */
     uint32_t cell[LUM_PORTALS_MAX];
     uint32_t first[7];                                             /* of each face in cell[], and the end of the last */
@@ -40,6 +41,10 @@ bool lum_portals_leave(const struct lum_portals *o, struct lum_vec3 p, struct lu
 bool lum_portals_enter(const struct lum_portals *o, struct lum_vec3 p, struct lum_vec3 d,
                        struct lum_portal_hit *ret_hit);
 
+/* Cuts the box that lo and hi say into shut cells. */
+void lum_portals_cut(struct lum_portals *o, struct lum_vec3 lo, struct lum_vec3 hi, uint32_t side);
+
+/* Numbers of cells on a face. */
 static inline uint32_t lum_portals_per_face(const struct lum_portals *o)
 {
     return o->side * o->side;
@@ -57,7 +62,9 @@ struct lum_vec3 lum_portals_point(const struct lum_portals *o, uint32_t cell, st
 float lum_portals_cell_area(const struct lum_portals *o, uint32_t axis);
 /* The unit normal of a face, 0 to 5, inwards. */
 struct lum_vec3 lum_portals_normal(uint32_t face);
-/* Opens a cell that is shut. False: there is no more room. The box and side are set; lum_portals_sort ends it. */
+/* The cell of the same face, dx and dy cells from it. False: there is none. */
+bool lum_portals_beside(const struct lum_portals *o, uint32_t cell, int dx, int dy, uint32_t *ret_beside);
+/* Opens a cell, if it is shut. False: there is no more room. lum_portals_sort ends it. */
 bool lum_portals_open(struct lum_portals *o, uint32_t cell);
 void lum_portals_sort(struct lum_portals *o);
 

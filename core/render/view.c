@@ -211,9 +211,6 @@ static bool shows_every_light(const struct lum_view *v, const struct lum_pass *p
     return true;
 }
 
-#define PORTAL_VPLS 2048u /* which, with tries, look for portals: as many as in a frame of live */
-#define PORTAL_TRIES 4u
-
 /* Portals for path traced samples, but for rough ones, which are fewer than the rays that look for them. NULL: there
  * are none. */
 static const struct lum_portals *find_portals(struct lum_view *v, const struct lum_pass *pass)
@@ -223,14 +220,9 @@ static const struct lum_portals *find_portals(struct lum_view *v, const struct l
         return NULL;
     struct lum_versions now = lum_versions_seen(s, false);
     if (!v->portals_known || lum_is_stale(lum_edits_of_versions(&v->portals_versions, &now), LUM_PRODUCT_VPL_PATHS)) {
-        struct lum_vpl_request request = {.snapshot = s,
-                                          .n = PORTAL_VPLS,
-                                          .max_bounces = 2,
-                                          .tries = PORTAL_TRIES,
-                                          .pool = v->pool,
-                                          .counters = &v->counters[0]};
+        struct lum_vpl_request request = {.snapshot = s, .pool = v->pool, .counters = &v->counters[0]};
         struct lum_error unused; /* without memory samples are as they are without portals */
-        if (lum_vpl_portals(&v->portals, &request, &unused) != LUM_OK)
+        if (lum_vpl_find_portals(&v->portals, &request, &unused) != LUM_OK)
             v->portals.n = 0;
         v->portals_versions = now;
         v->portals_known = true;

@@ -32,8 +32,9 @@ enum { PROBES = 2 };
 #define LEAST 0.03f /* so a try of which no ray meets anything is still taken, once for 33 of those that light much */
 _Static_assert(LUM_VPL_TRIES_MAX *PROBES <= LUM_RAY_BATCH, "the tries of a slot are one batch");
 
-/* Tries around: of the same light, in the same place (lum_vpl_place_of). Theirs count as so many rays of a try's own.
- */
+/* Tries around: of the same light, in the same cell of the scene, of which there are so many along its longest side,
+ * and facing the same way, as the largest component of the normal goes. Theirs count as so many rays of a try's own. */
+#define CELLS 16u
 #define RAYS_AROUND 4.0f
 
 struct cell {
@@ -108,22 +109,20 @@ static void probe(void *ctx, uint32_t slot, struct lum_counters *counters)
 
 static uint32_t index_in(float x, float lo, float side)
 {
-    return (uint32_t)lum_clamp((x - lo) / side, 0.0f, LUM_VPL_CELLS - 1);
+    return (uint32_t)lum_clamp((x - lo) / side, 0.0f, CELLS - 1);
 }
 
-uint32_t lum_vpl_place_of(const struct lum_vpl_set *c, const struct lum_snapshot *s, uint32_t i)
-{
-    const struct lum_vec3 lo = s->bounds_lo, size = lum_v3_sub(s->bounds_hi, lo);
-    float side = lum_max(lum_max(size.x, lum_max(size.y, size.z)) / LUM_VPL_CELLS, LUM_RAY_OFFSET);
-    float x = fabsf(c->nx[i]), y = fabsf(c->ny[i]), z = fabsf(c->nz[i]);
-    uint32_t face = x >= y && x >= z ? c->nx[i] < 0.0f : y >= z ? 2u + (c->ny[i] < 0.0f) : 4u + (c->nz[i] < 0.0f);
-    uint32_t at = face * LUM_VPL_CELLS + index_in(c->pz[i], lo.z, side);
-    return (at * LUM_VPL_CELLS + index_in(c->py[i], lo.y, side)) * LUM_VPL_CELLS + index_in(c->px[i], lo.x, side);
-}
+#define PLACES (6u * CELLS * CELLS * CELLS)
 
 static uint32_t place_of(const struct choice *choice, uint32_t i)
 {
-    return lum_vpl_place_of(choice->candidates, choice->snapshot, i);
+    const struct lum_vpl_set *c = choice->candidates;
+    const struct lum_vec3 lo = choice->snapshot->bounds_lo, size = lum_v3_sub(choice->snapshot->bounds_hi, lo);
+    float side = lum_max(lum_max(size.x, lum_max(size.y, size.z)) / CELLS, LUM_RAY_OFFSET);
+    float x = fabsf(c->nx[i]), y = fabsf(c->ny[i]), z = fabsf(c->nz[i]);
+    uint32_t face = x >= y && x >= z ? c->nx[i] < 0.0f : y >= z ? 2u + (c->ny[i] < 0.0f) : 4u + (c->nz[i] < 0.0f);
+    uint32_t at = face * CELLS + index_in(c->pz[i], lo.z, side);
+    return (at * CELLS + index_in(c->py[i], lo.y, side)) * CELLS + index_in(c->px[i], lo.x, side);
 }
 
 static struct cell *cell_of(const struct choice *choice, uint32_t i)
@@ -251,7 +250,7 @@ static enum lum_status begin(struct choice *choice, struct lum_error *err)
         choice->n_cells *= 2;
     choice->w = lum_calloc(3 * (size_t)n, sizeof *choice->w);
     choice->cells = lum_calloc(choice->n_cells, sizeof *choice->cells);
-    choice->kept = lum_calloc(n + LUM_VPL_PLACES, sizeof *choice->kept);
+    choice->kept = lum_calloc(n + PLACES, sizeof *choice->kept);
     if (!choice->w || !choice->cells || !choice->kept)
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory to choose from %u virtual point lights", n);
     choice->around = choice->kept + n;

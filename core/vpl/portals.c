@@ -1,58 +1,183 @@
 /* Finds the openings by which light from afar comes into rooms.
  *
- * VPLs lie where light goes. A ray from each tells of its surroundings whether they are inside: there nearly all rays
- * meet something. From those that are inside many rays go out by the cosine: where they end tells how far
- * the room goes, which is the box, and those that meet nothing leave it through the portals, as often as diffuse light
- * would; light goes both ways, so that a cell of the box counts by how much of an even sky comes in through it.
+ * Lines drawn evenly through the scene cross surfaces, as often as these are large. The side of one is inside when ray
+ * after ray from it, by the cosine, meets something. From those that are inside many rays go out: where they end tells
+ * how far the rooms go, which is the box, and those that meet nothing leave it through the openings, as often as
+ * diffuse light would; light goes both ways, so that an opening is found the sooner the more of an even sky comes in by
+ * it. Where one of those rays leaves the box, the opening is followed to its edges: the side that sees a cell open
+ * looks through those beside it.
  *
- * The box is rounded to a grid, cells are taken whole or not at all, and rays start from the numbers of slots: what
- * moves elsewhere changes no cell, as a rule, and so no VPL and no record. */
+ * This depends on geometry and panes alone. The box is rounded to a grid, cells are taken whole or not at all, and rays
+ * start from the numbers of crossings: what moves elsewhere changes no cell, as a rule, and so no VPL and no record. */
 #include "core/vpl/share.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "core/math/sampler.h"
 #include "core/math/warp.h"
 #include "core/trace/rays.h"
-#include "core/trace/stale.h"
 
-/* Rays from all VPLs together that are inside. */
-enum { RAYS_INSIDE = 8192 };
-
-/* Of all rays from a place that is outside, less than so many meet something; of one that is inside for sure, so many
- * more: a yard is in between. */
-#define MET_OUTSIDE 0.6f
-#define MET_RANGE 0.3f
-/* With fewer VPLs inside, or rays through the portals, there is nothing to say. */
-#define INSIDE_LEAST 8.0f
+/* Lines through the scene, crossings of each, and rays that a side has to meet something by to be inside: of a wall
+ * that faces the ground and the sky half do, and one in 256 such sides is taken for one inside. */
+enum { LINES = 1024, CROSSINGS = 8, ROUNDS = 8, SIDES = LINES * CROSSINGS };
+/* Sides that are asked, in the first round and later; and rays from those that are inside, all together. With twice as
+ * many of each, pictures are no better, for openings are followed to their edges. */
+enum { ASKED_FIRST = 4096, ASKED = 512, RAYS_INSIDE = 4096 };
+_Static_assert(ASKED_FIRST <= RAYS_INSIDE && RAYS_INSIDE >= 8 * ASKED,
+               "lines have room for all, and each side some rays");
+/* Of these so many are to meet something: else the side is none inside, after all, or sees so much of the sky that it
+ * is not seen by windows. */
+#define MET_INSIDE 0.75f
+/* With fewer sides inside, or rays through the portals, there is nothing to say. */
+#define INSIDE_LEAST 8u
 #define ESCAPED_LEAST 8u
-/* Where more get out the sky is not seen by windows. */
-#define ESCAPED_MOST 0.35f
+/* So often a cell beside an open one is looked through before it stays shut. */
+#define LOOKS 2u
 /* The box leaves out so many of where rays end, at each end: some go out and end there. */
 #define OUTLIERS 0.03f
-/* Its grid: so many steps in the scene's radius. It is so many wider than the room, as walls are: light that the sides
- * of a window send in has come into the box, too. */
+/* Its grid: so many steps in its longest side, which is rounded down to a power of 2. It is so many wider than the
+ * room, as walls are: light that the sides of a window send in has come into the box, too. */
 #define BOX_STEPS 64.0f
 #define WALL_STEPS 3.0f
 
+struct side {
+    struct lum_vec3 p, n; /* n: unit; 0: there is none */
+    uint32_t number;
+};
+
 struct line {
     struct lum_vec3 o, d;
-    float t; /* where it ends; INFINITY: at nothing, or behind panes alone */
+    float t; /* where it ends; INFINITY: at nothing, or behind panes alone; 0 or less: it does not count */
+};
+
+struct range {
+    float lo, hi;
+};
+
+/* Which side looks through which cell of the box. */
+struct look {
+    uint32_t cell, side;
+};
+
+struct way_out {
+    struct line line;
+    uint32_t side;
 };
 
 struct search {
-    const struct lum_vpl_set *seen;
     const struct lum_vpl_request *rq;
-    struct line *lines;
-    uint32_t n_lines;
-    uint32_t *slots; /* of those inside, and of how many before it: lines start by turns */
-    float *upto;
-    uint32_t n_inside;
+    uint32_t n_sides, n_lines, n_out;
+    struct side sides[SIDES];
+    struct line lines[RAYS_INSIDE];
+    struct way_out out[RAYS_INSIDE];
+    struct look looks[RAYS_INSIDE], seen[RAYS_INSIDE]; /* of lines, while there are cells; and of those before them */
+    uint8_t looked[6u * LUM_PORTALS_SIDE * LUM_PORTALS_SIDE]; /* by cell: how often, yet */
+    float room[RAYS_INSIDE];
 };
+
+/* ---- lines through the scene ---- */
+
+/* On a face of the bounds, inwards by the cosine: the lines through a convex body are even where they start so. */
+static struct line line_through(const struct lum_snapshot *s, uint32_t number, uint32_t seed)
+{
+    struct lum_sampler sampler = lum_sampler_at(number, 2, 0, seed);
+    struct lum_vec2 u = lum_sampler_2d(&sampler, 0), v = lum_sampler_2d(&sampler, 1), w = lum_sampler_2d(&sampler, 2);
+    struct lum_vec3 lo = s->bounds_lo, size = lum_v3_sub(s->bounds_hi, lo);
+    float area[3] = {size.y * size.z, size.z * size.x, size.x * size.y};
+    float at = w.x * (area[0] + area[1] + area[2]);
+    uint32_t axis = at < area[0] ? 0 : at < area[0] + area[1] ? 1 : 2;
+    float upper = w.y < 0.5f ? 0.0f : 1.0f, share[3];
+    share[axis] = upper, share[(axis + 1) % 3] = u.x, share[(axis + 2) % 3] = u.y;
+    struct lum_frame f = lum_frame_from_normal(lum_portals_normal(2 * axis + (upper > 0.0f)));
+    struct lum_vec3 d = lum_frame_to_scene(&f, lum_warp_cosine(v));
+    struct lum_vec3 o = {lo.x + share[0] * size.x, lo.y + share[1] * size.y, lo.z + share[2] * size.z};
+    return (struct line){lum_v3_mad(o, d, -4.0f * LUM_RAY_OFFSET), d, 0.0f};
+}
+
+/* Ray r of a line crosses a surface, of which the side that it winds around counts: the other one is within a wall, as
+ * a rule. Where the line goes on from. */
+static struct lum_vec3 cross(const struct lum_snapshot *s, const struct lum_rays *rays, const struct lum_hits *hits,
+                             uint32_t r, struct side *ret_side)
+{
+    struct lum_vec3 d = lum_rays_direction(rays, r);
+    struct lum_vec3 p = lum_v3_mad(lum_v3(rays->ox[r], rays->oy[r], rays->oz[r]), d, hits->t[r]);
+    if (hits->object[r] >= s->n_instances) /* a lamp */
+        return lum_v3_mad(p, d, 4.0f * LUM_RAY_OFFSET);
+    ret_side->p = p;
+    ret_side->n = lum_instance_normal(&s->instances[hits->object[r]], lum_v3(hits->ngx[r], hits->ngy[r], hits->ngz[r]));
+    return lum_ray_offset(p, lum_dot(ret_side->n, d) > 0.0f ? ret_side->n : lum_v3_neg(ret_side->n));
+}
+
+static void cross_batch(void *ctx, uint32_t job, struct lum_counters *counters)
+{
+    struct search *search = ctx;
+    const struct lum_snapshot *s = search->rq->snapshot;
+    struct lum_trace trace = lum_trace_of(s, counters);
+    struct lum_rays rays;
+    struct lum_hits hits;
+    uint32_t line[LUM_RAY_BATCH], first = job * LUM_RAY_BATCH;
+    rays.n = 0;
+    for (uint32_t i = first; i < first + LUM_RAY_BATCH && i < LINES; i++) {
+        struct line l = line_through(s, i, search->rq->seed);
+        line[rays.n] = i;
+        lum_rays_push(&rays, l.o, l.d, INFINITY);
+    }
+    for (uint32_t c = 0; c < CROSSINGS && rays.n > 0; c++) {
+        uint32_t n = rays.n;
+        lum_trace_closest(&trace, &rays, &hits);
+        counters->rays[LUM_RAY_VPL] += n;
+        rays.n = 0;
+        for (uint32_t r = 0; r < n; r++) { /* ray r is read before a ray up to r is written */
+            if (hits.object[r] == LUM_NO_OBJECT)
+                continue;
+            struct lum_vec3 d = lum_rays_direction(&rays, r);
+            struct lum_vec3 on = cross(s, &rays, &hits, r, &search->sides[line[r] * CROSSINGS + c]);
+            line[rays.n] = line[r];
+            lum_rays_push(&rays, on, d, INFINITY);
+        }
+    }
+}
+
+static enum lum_status find_sides(struct search *search, struct lum_error *err)
+{
+    enum lum_status status =
+        lum_vpl_run(search->rq, (LINES + LUM_RAY_BATCH - 1) / LUM_RAY_BATCH, cross_batch, search, err);
+    for (uint32_t i = 0; i < SIDES; i++)
+        if (lum_dot(search->sides[i].n, search->sides[i].n) > 0.5f && lum_v3_finite(search->sides[i].p)) {
+            search->sides[search->n_sides] = search->sides[i];
+            search->sides[search->n_sides++].number = i;
+        }
+    return status;
+}
+
+/* ---- who is inside ---- */
+
+/* Lines that met something met nothing when these were all panes. rays: of the lines, which are written anew. */
+static void look_through_panes(struct lum_trace *light, struct lum_rays *rays, struct line *lines,
+                               struct lum_counters *counters)
+{
+    uint32_t line[LUM_RAY_BATCH], n = rays->n;
+    uint8_t occluded[LUM_RAY_BATCH];
+    struct lum_rgb through[LUM_RAY_BATCH];
+    rays->n = 0;
+    for (uint32_t i = 0; i < n; i++)
+        if (isfinite(lines[i].t)) {
+            line[rays->n] = i;
+            lum_rays_push(rays, lines[i].o, lines[i].d, INFINITY);
+        }
+    if (rays->n == 0)
+        return;
+    lum_trace_light(light, rays, occluded, through);
+    counters->rays[LUM_RAY_VPL] += rays->n;
+    for (uint32_t r = 0; r < rays->n; r++)
+        if (!occluded[r])
+            lines[line[r]].t = INFINITY;
+}
 
 static void trace_lines(void *ctx, uint32_t job, struct lum_counters *counters)
 {
-    const struct search *search = ctx;
+    struct search *search = ctx;
     struct lum_trace trace = lum_trace_of(search->rq->snapshot, counters);
     struct lum_trace light = lum_trace_of_light(search->rq->snapshot, counters, true);
     struct line *lines = search->lines + job * LUM_RAY_BATCH;
@@ -66,14 +191,8 @@ static void trace_lines(void *ctx, uint32_t job, struct lum_counters *counters)
     counters->rays[LUM_RAY_VPL] += n;
     for (uint32_t i = 0; i < n; i++)
         lines[i].t = hits.object[i] == LUM_NO_OBJECT ? INFINITY : hits.t[i];
-    if (!light.panes)
-        return;
-    uint8_t occluded[LUM_RAY_BATCH];
-    struct lum_rgb through[LUM_RAY_BATCH];
-    lum_trace_light(&light, &rays, occluded, through);
-    counters->rays[LUM_RAY_VPL] += n;
-    for (uint32_t i = 0; i < n; i++)
-        lines[i].t = occluded[i] ? lines[i].t : INFINITY;
+    if (light.panes)
+        look_through_panes(&light, &rays, lines, counters);
 }
 
 static enum lum_status trace_all(struct search *search, struct lum_error *err)
@@ -81,81 +200,67 @@ static enum lum_status trace_all(struct search *search, struct lum_error *err)
     return lum_vpl_run(search->rq, (search->n_lines + LUM_RAY_BATCH - 1) / LUM_RAY_BATCH, trace_lines, search, err);
 }
 
-static struct line line_from(const struct lum_vpl_set *seen, uint32_t slot, uint32_t number, uint32_t seed)
+static struct line line_from(const struct side *side, uint32_t number, uint32_t seed)
 {
-    struct lum_vec3 n = lum_v3(seen->nx[slot], seen->ny[slot], seen->nz[slot]);
-    struct lum_frame frame = lum_frame_from_normal(n);
-    struct lum_sampler sampler = lum_sampler_at(slot, 1, number, seed);
-    struct lum_vec3 p = lum_v3(seen->px[slot], seen->py[slot], seen->pz[slot]);
-    return (struct line){lum_ray_offset(p, n), lum_frame_to_scene(&frame, lum_warp_cosine(lum_sampler_2d(&sampler, 0))),
-                         INFINITY};
+    struct lum_frame frame = lum_frame_from_normal(side->n);
+    struct lum_sampler sampler = lum_sampler_at(side->number, 1, number, seed);
+    return (struct line){lum_ray_offset(side->p, side->n),
+                         lum_frame_to_scene(&frame, lum_warp_cosine(lum_sampler_2d(&sampler, 0))), INFINITY};
 }
 
-/* ---- who is inside ---- */
-
-static enum lum_status ask_all(struct search *search, struct lum_error *err)
+/* About as many as `most`, by their numbers. */
+static void thin_out(struct search *search, uint32_t most)
 {
-    const struct lum_vpl_set *seen = search->seen;
-    search->n_lines = 0;
-    for (uint32_t i = 0; i < seen->n; i++)
-        if (seen->light[i] != LUM_NO_OBJECT)
-            search->lines[search->n_lines++] = line_from(seen, i, 0, search->rq->seed);
-    return trace_all(search, err);
+    uint32_t every = 1, n = 0;
+    while (search->n_sides / every > most)
+        every *= 2;
+    for (uint32_t i = 0; i < search->n_sides && n < most; i++)
+        if (lum_hash_u32(search->sides[i].number) % every == 0)
+            search->sides[n++] = search->sides[i];
+    search->n_sides = n;
 }
 
-struct tally {
-    float n, met;
-};
-
-static void count_inside(struct search *search, struct tally *places)
-{
-    const struct lum_vpl_set *seen = search->seen;
-    const struct lum_snapshot *s = search->rq->snapshot;
-    float upto = 0.0f;
-    for (uint32_t i = 0, line = 0; i < seen->n; i++)
-        if (seen->light[i] != LUM_NO_OBJECT) {
-            struct tally *place = &places[lum_vpl_place_of(seen, s, i)];
-            place->n += 1.0f;
-            place->met += isfinite(search->lines[line++].t) ? 1.0f : 0.0f;
-        }
-    for (uint32_t i = 0; i < seen->n; i++) {
-        if (seen->light[i] == LUM_NO_OBJECT)
-            continue;
-        const struct tally *place = &places[lum_vpl_place_of(seen, s, i)];
-        float inside = lum_clamp((place->met / place->n - MET_OUTSIDE) / MET_RANGE, 0.0f, 1.0f);
-        if (!(inside > 0.0f))
-            continue;
-        search->slots[search->n_inside] = i;
-        search->upto[search->n_inside++] = upto += inside;
-    }
-}
-
+/* Leaves those sides that are inside. */
 static enum lum_status find_inside(struct search *search, struct lum_error *err)
 {
-    enum lum_status status = ask_all(search, err);
-    if (status != LUM_OK)
-        return status;
-    struct tally *places = lum_calloc(LUM_VPL_PLACES, sizeof *places);
-    if (!places)
-        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory to look for portals");
-    count_inside(search, places);
-    lum_free(places);
-    return LUM_OK;
+    enum lum_status status = LUM_OK;
+    for (uint32_t round = 0; round < ROUNDS && search->n_sides > 0 && status == LUM_OK; round++) {
+        uint32_t n = 0;
+        thin_out(search, round == 0 ? ASKED_FIRST : ASKED);
+        search->n_lines = search->n_sides;
+        for (uint32_t i = 0; i < search->n_sides; i++)
+            search->lines[i] = line_from(&search->sides[i], round, search->rq->seed);
+        status = trace_all(search, err);
+        for (uint32_t i = 0; i < search->n_sides; i++)
+            if (isfinite(search->lines[i].t))
+                search->sides[n++] = search->sides[i];
+        search->n_sides = n;
+    }
+    return status;
 }
 
-/* Rays from those inside, as many from each as it is inside. */
+/* Rays from all that are inside. Those from one that is not, after all, do not count, nor those from one that sees no
+ * way out: it may be within a wall. */
 static enum lum_status look_out(struct search *search, struct lum_error *err)
 {
-    float all = search->upto[search->n_inside - 1];
-    search->n_lines = RAYS_INSIDE;
-    for (uint32_t i = 0, k = 0, number = 1; i < RAYS_INSIDE; i++, number++) {
-        while (k + 1 < search->n_inside && search->upto[k] <= ((float)i + 0.5f) / RAYS_INSIDE * all) {
-            k++;
-            number = 1;
-        }
-        search->lines[i] = line_from(search->seen, search->slots[k], number, search->rq->seed);
+    uint32_t each = RAYS_INSIDE / search->n_sides;
+    search->n_lines = each * search->n_sides;
+    for (uint32_t i = 0; i < search->n_lines; i++)
+        search->lines[i] = line_from(&search->sides[i / each], ROUNDS + i % each, search->rq->seed);
+    enum lum_status status = trace_all(search, err);
+    for (uint32_t i = 0; i < search->n_sides; i++) {
+        struct line *of = search->lines + i * each;
+        uint32_t met = 0;
+        for (uint32_t k = 0; k < each; k++)
+            met += isfinite(of[k].t);
+        bool counts = met < each && (float)met >= MET_INSIDE * (float)each;
+        for (uint32_t k = 0; k < each; k++)
+            if (!counts)
+                of[k].t = 0.0f;
+            else if (!isfinite(of[k].t))
+                search->out[search->n_out++] = (struct way_out){of[k], i};
     }
-    return trace_all(search, err);
+    return status;
 }
 
 /* ---- the box ---- */
@@ -171,151 +276,173 @@ static float coordinate(struct lum_vec3 v, uint32_t axis)
     return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
 }
 
-/* Where lines end along an axis, but for outliers, on the grid. False: it would be flat. */
-static bool find_range(const struct search *search, uint32_t axis, float *room, float *ret_lo, float *ret_hi)
+/* Where lines end along an axis, but for outliers. False: nowhere. */
+static bool find_range(struct search *search, uint32_t axis, struct range *ret)
 {
-    const struct lum_snapshot *s = search->rq->snapshot;
-    float step = s->lights.scene_radius / BOX_STEPS;
     uint32_t n = 0;
+    float *room = search->room;
     for (uint32_t i = 0; i < search->n_lines; i++) {
         const struct line *l = &search->lines[i];
-        if (isfinite(l->t))
+        if (l->t > 0.0f && isfinite(l->t))
             room[n++] = coordinate(lum_v3_mad(l->o, l->d, l->t), axis);
     }
     if (n == 0)
         return false;
     qsort(room, n, sizeof *room, by_size);
     uint32_t out = (uint32_t)(OUTLIERS * (float)n);
-    *ret_lo =
-        lum_max((ceilf(room[out] / step) - WALL_STEPS) * step, coordinate(s->bounds_lo, axis) - 2.0f * LUM_RAY_OFFSET);
-    *ret_hi = lum_min((floorf(room[n - 1 - out] / step) + WALL_STEPS) * step,
-                      coordinate(s->bounds_hi, axis) + 2.0f * LUM_RAY_OFFSET);
-    return *ret_lo < *ret_hi;
+    *ret = (struct range){room[out], room[n - 1 - out]};
+    return true;
 }
 
-static bool find_box(const struct search *search, float *room, struct lum_portals *o)
+/* The range on the grid, and wider by walls, but no wider than the scene. */
+static struct range widen(struct range r, float step, float scene_lo, float scene_hi)
 {
-    return find_range(search, 0, room, &o->lo.x, &o->hi.x) && find_range(search, 1, room, &o->lo.y, &o->hi.y) &&
-           find_range(search, 2, room, &o->lo.z, &o->hi.z);
+    return (struct range){lum_max((ceilf(r.lo / step) - WALL_STEPS) * step, scene_lo - 2.0f * LUM_RAY_OFFSET),
+                          lum_min((floorf(r.hi / step) + WALL_STEPS) * step, scene_hi + 2.0f * LUM_RAY_OFFSET)};
+}
+
+/* False: there is none, or it would be flat. */
+static bool find_box(struct search *search, struct lum_portals *o)
+{
+    const struct lum_vec3 lo = search->rq->snapshot->bounds_lo, hi = search->rq->snapshot->bounds_hi;
+    struct range x, y, z;
+    if (!find_range(search, 0, &x) || !find_range(search, 1, &y) || !find_range(search, 2, &z))
+        return false;
+    float longest = lum_max(x.hi - x.lo, lum_max(y.hi - y.lo, z.hi - z.lo));
+    if (!(longest > 0.0f))
+        return false;
+    float step = exp2f(floorf(log2f(longest))) / BOX_STEPS;
+    x = widen(x, step, lo.x, hi.x), y = widen(y, step, lo.y, hi.y), z = widen(z, step, lo.z, hi.z);
+    o->lo = lum_v3(x.lo, y.lo, z.lo), o->hi = lum_v3(x.hi, y.hi, z.hi);
+    return x.lo < x.hi && y.lo < y.hi && z.lo < z.hi;
 }
 
 /* ---- cells ---- */
 
-/* Opens a cell and those beside it on its face: what is seen of an opening by few rays ends within them. False: there
- * is no room. */
-static bool open_around(struct lum_portals *o, uint32_t cell)
+/* Opens what is beside open cells, too: edges of openings lie within. False: there is no room. */
+static bool open_edges(struct lum_portals *o)
 {
-    uint32_t face = cell / lum_portals_per_face(o), at = cell % lum_portals_per_face(o);
-    uint32_t i = at % o->side, j = at / o->side;
-    for (uint32_t y = j > 0 ? j - 1 : 0; y <= j + 1 && y < o->side; y++)
-        for (uint32_t x = i > 0 ? i - 1 : 0; x <= i + 1 && x < o->side; x++) {
-            uint32_t beside = face * lum_portals_per_face(o) + y * o->side + x;
-            if (!lum_portals_is_open(o, beside) && !lum_portals_open(o, beside))
+    uint32_t beside;
+    for (uint32_t k = 0, n = o->n; k < n; k++)
+        for (int i = 0; i < 9; i++)
+            if (lum_portals_beside(o, o->cell[k], i % 3 - 1, i / 3 - 1, &beside) && !lum_portals_open(o, beside))
                 return false;
-        }
+    return true;
+}
+
+/* A line from a side through a cell. It is looked along where that side faces the cell from within, and few have
+ * looked through it. */
+static void look_through(struct search *search, const struct lum_portals *o, struct look look)
+{
+    uint8_t *looked = &search->looked[look.cell];
+    if (lum_portals_is_open(o, look.cell) || *looked >= LOOKS || search->n_lines >= RAYS_INSIDE)
+        return;
+    const struct side *from = &search->sides[look.side];
+    struct lum_sampler sampler = lum_sampler_at(look.cell, 3, *looked, search->rq->seed);
+    struct lum_vec3 inward, p = lum_ray_offset(from->p, from->n);
+    struct lum_vec3 d = lum_v3_sub(lum_portals_point(o, look.cell, lum_sampler_2d(&sampler, 0), &inward), p);
+    float length = lum_length(d);
+    if (!(length > 0.0f) || lum_dot(d, from->n) <= 0.0f || lum_dot(d, inward) >= 0.0f)
+        return;
+    ++*looked;
+    search->looks[search->n_lines] = look;
+    search->lines[search->n_lines++] = (struct line){p, lum_v3_mul(d, 1.0f / length), INFINITY};
+}
+
+/* Opens the cells beside those that were seen through, and beside those again, where the same sides get out by them:
+ * few rays come to a small opening, and it is to be found to its edges. n: of search->looks. False: there is no
+ * room. */
+static bool follow(struct search *search, struct lum_portals *o, uint32_t n, enum lum_status *inout_status,
+                   struct lum_error *err)
+{
+    while (n > 0 && *inout_status == LUM_OK) {
+        struct look beside;
+        memcpy(search->seen, search->looks, n * sizeof *search->seen);
+        search->n_lines = 0;
+        for (uint32_t k = 0; k < n; k++)
+            for (int i = 0; i < 9; i++) {
+                beside.side = search->seen[k].side;
+                if (lum_portals_beside(o, search->seen[k].cell, i % 3 - 1, i / 3 - 1, &beside.cell))
+                    look_through(search, o, beside);
+            }
+        *inout_status = trace_all(search, err);
+        n = 0;
+        for (uint32_t k = 0; k < search->n_lines; k++)
+            if (!isfinite(search->lines[k].t)) {
+                search->looks[n++] = search->looks[k];
+                if (!lum_portals_open(o, search->looks[k].cell))
+                    return false;
+            }
+    }
+    return true;
+}
+
+/* Opens the cells by which the ways out leave the box. Those looks are in search->looks then. False: there is no room.
+ */
+static bool open_seen(struct search *search, struct lum_portals *o, uint32_t *ret_n)
+{
+    *ret_n = 0;
+    for (uint32_t i = 0; i < search->n_out; i++) {
+        struct lum_portal_hit hit;
+        if (!lum_portals_leave(o, search->out[i].line.o, search->out[i].line.d, &hit))
+            continue;
+        search->looks[(*ret_n)++] = (struct look){hit.cell, search->out[i].side};
+        if (!lum_portals_open(o, hit.cell))
+            return false;
+    }
     return true;
 }
 
 _Static_assert(6u * 8u * 8u <= LUM_PORTALS_MAX, "some side has room for all cells");
 
-/* Opens the cells through which lines get out of the box, as small as they may be. */
-static void open_cells(const struct search *search, struct lum_portals *o)
+/* As small cells as there is room for. */
+static enum lum_status open_cells(struct search *search, struct lum_portals *o, struct lum_error *err)
 {
     const struct lum_portals shut = *o;
-    for (uint32_t side = LUM_PORTALS_SIDE;; side /= 2) { /* at 8 there is room for all */
-        *o = shut;
-        o->side = side;
-        uint32_t n = 0;
-        bool room = true;
-        for (uint32_t i = 0; i < search->n_lines && room; i++) {
-            const struct line *l = &search->lines[i];
-            struct lum_portal_hit hit;
-            if (isfinite(l->t) || !lum_portals_leave(o, l->o, l->d, &hit))
-                continue;
-            room = open_around(o, hit.cell);
-            n++;
-        }
-        if (!room)
+    enum lum_status status = LUM_OK;
+    for (uint32_t side = LUM_PORTALS_SIDE; status == LUM_OK; side /= 2) { /* at 8 there is room for all */
+        uint32_t n;
+        lum_portals_cut(o, shut.lo, shut.hi, side);
+        memset(search->looked, 0, sizeof search->looked);
+        if (!open_seen(search, o, &n))
             continue;
-        if (n < ESCAPED_LEAST || (float)n > ESCAPED_MOST * (float)search->n_lines)
+        if (n < ESCAPED_LEAST) {
             *o = shut;
-        lum_portals_sort(o);
-        return;
+            break;
+        }
+        if (follow(search, o, n, &status, err) && status == LUM_OK && open_edges(o))
+            break;
     }
+    lum_portals_sort(o);
+    return status;
 }
 
-static enum lum_status search_all(struct search *search, struct lum_portals *ret, float *room, struct lum_error *err)
+static enum lum_status search_all(struct search *search, struct lum_portals *ret, struct lum_error *err)
 {
-    enum lum_status status = find_inside(search, err);
-    if (status != LUM_OK || search->n_inside == 0 || search->upto[search->n_inside - 1] < INSIDE_LEAST)
+    enum lum_status status = find_sides(search, err);
+    if (status == LUM_OK)
+        status = find_inside(search, err);
+    if (status != LUM_OK || search->n_sides < INSIDE_LEAST)
         return status;
     status = look_out(search, err);
-    if (status == LUM_OK && find_box(search, room, ret))
-        open_cells(search, ret);
+    if (status == LUM_OK && find_box(search, ret))
+        status = open_cells(search, ret, err);
     return status;
 }
 
-/* seen: VPLs from where to look. */
-static enum lum_status look_from(struct lum_portals *ret_portals, const struct lum_vpl_set *seen,
-                                 const struct lum_vpl_request *rq, struct lum_error *err)
+enum lum_status lum_vpl_find_portals(struct lum_portals *ret_portals, const struct lum_vpl_request *rq,
+                                     struct lum_error *err)
 {
-    uint32_t n_lines = seen->n > RAYS_INSIDE ? seen->n : RAYS_INSIDE;
-    struct search search = {.seen = seen, .rq = rq};
     *ret_portals = (struct lum_portals){0};
-    search.lines = lum_calloc(n_lines, sizeof *search.lines);
-    search.slots = lum_calloc(seen->n, sizeof *search.slots);
-    search.upto = lum_calloc(seen->n, sizeof *search.upto);
-    float *room = lum_calloc(RAYS_INSIDE, sizeof *room);
-    enum lum_status status = LUM_OK;
-    if (search.lines && search.slots && search.upto && room)
-        status = search_all(&search, ret_portals, room, err);
-    else
-        status = lum_fail(err, LUM_ERR_NOMEM, "", "out of memory to look for portals");
-    lum_free(room);
-    lum_free(search.upto);
-    lum_free(search.slots);
-    lum_free(search.lines);
-    return status;
-}
-
-/* Tries whose VPLs look for portals: of a sky's paths few come in. */
-#define TRIES_SEEN 4u
-
-enum lum_status lum_vpl_find_portals(struct lum_vpl_set *set, const struct lum_vpl_request *rq, struct lum_error *err)
-{
-    const struct lum_vec3 lo = rq->snapshot->bounds_lo, hi = rq->snapshot->bounds_hi;
-    bool geometry = lo.x <= hi.x; /* else no ray has to be asked */
-    if (set->tries == 1 || !geometry || !lum_vpl_comes_from_afar(set))
+    if (!(rq->snapshot->bounds_lo.x <= rq->snapshot->bounds_hi.x))
         return LUM_OK;
-    struct lum_vpl_set few = *set;
-    struct lum_vpl_plan plan;
-    few.tries = set->tries < TRIES_SEEN ? set->tries : TRIES_SEEN;
-    few.max_bounces = set->max_bounces > 2 ? set->max_bounces : 2;
-    lum_vpl_plan_init(&plan, &few);
-    struct lum_vpl_set seen = {.n = set->n_bounced * few.tries, .lobes_off = set->lobes_off, .versions = set->versions};
-    enum lum_status status = lum_vpl_alloc(&seen, err);
-    if (status == LUM_OK)
-        status = lum_vpl_emit(rq, &plan, &seen, err);
-    if (status == LUM_OK)
-        status = look_from(&set->portals, &seen, rq, err);
-    lum_vpl_finish(&seen);
-    return status;
-}
-
-enum lum_status lum_vpl_portals(struct lum_portals *ret_portals, const struct lum_vpl_request *rq,
-                                struct lum_error *err)
-{
-    const struct lum_vpl_set before = {0};
-    struct lum_vpl_set set = {.n = rq->n,
-                              .n_bounced = rq->n,
-                              .max_bounces = rq->max_bounces,
-                              .seed = rq->seed,
-                              .tries = rq->tries,
-                              .versions = lum_versions_seen(rq->snapshot, rq->media)};
-    enum lum_status status = lum_vpl_share_paths(&set, &before, rq->snapshot, err);
-    if (status == LUM_OK)
-        status = lum_vpl_find_portals(&set, rq, err);
-    *ret_portals = set.portals;
-    lum_vpl_finish(&set);
+    struct search *search = lum_calloc(1, sizeof *search);
+    if (!search)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory to look for portals");
+    search->rq = rq;
+    enum lum_status status = search_all(search, ret_portals, err);
+    if (status != LUM_OK)
+        *ret_portals = (struct lum_portals){0};
+    lum_free(search);
     return status;
 }

@@ -5,7 +5,6 @@
 
 #include "core/base/base.h"
 #include "core/light/light.h"
-#include "core/light/portals.h"
 #include "core/vpl/lifted.h"
 #include "core/vpl/vpl.h"
 
@@ -77,22 +76,6 @@ LUM_MUST_USE enum lum_status lum_vpl_measure_radii(struct lum_vpl_set *set, cons
 LUM_MUST_USE enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set *candidates,
                                             const struct lum_vpl_plan *plan, const struct lum_vpl_request *rq,
                                             struct lum_vpl_kept *ret_kept, struct lum_error *err);
-
-/* A cell of the scene, of which there are so many along its longest side, and which way the VPL faces there, as the
- * largest component of its normal goes. Below LUM_VPL_PLACES. */
-#define LUM_VPL_CELLS 16u
-#define LUM_VPL_PLACES (6u * LUM_VPL_CELLS * LUM_VPL_CELLS * LUM_VPL_CELLS)
-uint32_t lum_vpl_place_of(const struct lum_vpl_set *set, const struct lum_snapshot *s, uint32_t slot);
-
-/* Room for set->n slots, empty; and the plan's paths, traced into them. */
-LUM_MUST_USE enum lum_status lum_vpl_alloc(struct lum_vpl_set *set, struct lum_error *err);
-LUM_MUST_USE enum lum_status lum_vpl_emit(const struct lum_vpl_request *rq, const struct lum_vpl_plan *plan,
-                                          struct lum_vpl_set *set, struct lum_error *err);
-
-/* Fills in set->portals, where light from afar has paths and there are tries to choose from (portals.c). Rays are added
- * as LUM_RAY_VPL. */
-LUM_MUST_USE enum lum_status lum_vpl_find_portals(struct lum_vpl_set *set, const struct lum_vpl_request *rq,
-                                                  struct lum_error *err);
 
 /* Runs jobs over the request's pool, if there is one, and adds up in its counters what they count. */
 LUM_MUST_USE enum lum_status lum_vpl_run(const struct lum_vpl_request *rq, uint32_t n_jobs,

@@ -380,8 +380,8 @@ static void emit_batch(void *ctx, uint32_t batch, struct lum_counters *counters)
     walk_batch(&w, first, left < LUM_RAY_BATCH ? left : LUM_RAY_BATCH);
 }
 
-enum lum_status lum_vpl_emit(const struct lum_vpl_request *rq, const struct lum_vpl_plan *plan, struct lum_vpl_set *set,
-                             struct lum_error *err)
+static enum lum_status emit_all(const struct lum_vpl_request *rq, const struct lum_vpl_plan *plan,
+                                struct lum_vpl_set *set, struct lum_error *err)
 {
     struct emission emission = {rq, plan, set};
     return lum_vpl_run(rq, (plan->n_paths + LUM_RAY_BATCH - 1) / LUM_RAY_BATCH, emit_batch, &emission, err);
@@ -394,7 +394,7 @@ static uint32_t padded(uint32_t n)
     return (n + LUM_LANES - 1) / LUM_LANES * LUM_LANES;
 }
 
-enum lum_status lum_vpl_alloc(struct lum_vpl_set *set, struct lum_error *err)
+static enum lum_status alloc_arrays(struct lum_vpl_set *set, struct lum_error *err)
 {
     float **floats[] = {&set->px,      &set->py,           &set->pz,           &set->nx,           &set->ny,
                         &set->nz,      &set->flux_unit[0], &set->flux_unit[1], &set->flux_unit[2], &set->flux[0],
@@ -481,21 +481,23 @@ static uint32_t tries_of(const struct lum_vpl_request *rq)
 static enum lum_status fill(struct lum_vpl_set *set, const struct lum_vpl_request *rq, struct lum_vpl_kept *ret_kept,
                             struct lum_error *err)
 {
-    enum lum_status status = lum_vpl_find_portals(set, rq, err);
+    enum lum_status status = LUM_OK;
+    if (set->tries > 1 && lum_vpl_comes_from_afar(set))
+        status = lum_vpl_find_portals(&set->portals, rq, err);
     if (status != LUM_OK)
         return status;
     struct lum_vpl_plan plan;
     lum_vpl_plan_init(&plan, set);
     if (set->tries == 1)
-        return lum_vpl_emit(rq, &plan, set, err);
+        return emit_all(rq, &plan, set, err);
     struct lum_vpl_set candidates = {.n = set->n_bounced * set->tries,
                                      .lobes_off = set->lobes_off,
                                      .gloss = set->gloss,
                                      .versions = set->versions,
                                      .portals = set->portals};
-    status = lum_vpl_alloc(&candidates, err);
+    status = alloc_arrays(&candidates, err);
     if (status == LUM_OK)
-        status = lum_vpl_emit(rq, &plan, &candidates, err);
+        status = emit_all(rq, &plan, &candidates, err);
     if (status == LUM_OK)
         status = lum_vpl_choose(set, &candidates, &plan, rq, ret_kept, err);
     lum_vpl_finish(&candidates);
@@ -521,7 +523,7 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
     if (set.tries > 1 && !kept)
         status = lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for %u slots", rq->n);
     if (status == LUM_OK)
-        status = lum_vpl_alloc(&set, err);
+        status = alloc_arrays(&set, err);
     if (status == LUM_OK)
         status = lum_vpl_share_paths(&set, previous, s, err);
     if (status == LUM_OK)

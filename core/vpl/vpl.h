@@ -142,8 +142,9 @@ struct lum_vpl_request {
 LUM_MUST_USE enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_request *request,
                                             struct lum_error *err);
 
-/* The portals alone, for who has no VPLs; n and tries as above. n 0: there are none. Likewise. */
-LUM_MUST_USE enum lum_status lum_vpl_portals(struct lum_portals *ret_portals, const struct lum_vpl_request *request,
-                                             struct lum_error *err);
+/* The portals of the request's snapshot; of the request seed, pool and counters count, too: rays are added as
+ * LUM_RAY_VPL. n 0: there are none. On failure likewise. Thread: the director. */
+LUM_MUST_USE enum lum_status lum_vpl_find_portals(struct lum_portals *ret_portals,
+                                                  const struct lum_vpl_request *request, struct lum_error *err);
 
 #endif
