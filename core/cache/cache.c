@@ -108,7 +108,8 @@ static enum lum_status make_store(struct lum_cache *cache, struct lum_error *err
     return lum_store_create(&config, &cache->store, err);
 }
 
-static enum lum_status update_vpls(struct lum_cache *cache, const struct lum_cache_update *u, struct lum_error *err)
+static enum lum_status update_vpls(struct lum_cache *cache, const struct lum_cache_update *u,
+                                   const struct lum_motion *since, struct lum_error *err)
 {
     struct lum_vpl_request request = {
         .snapshot = u->snapshot,
@@ -122,6 +123,8 @@ static enum lum_status update_vpls(struct lum_cache *cache, const struct lum_cac
         .counters = u->counters,
         .n_sky = cache->key.n_sky,
         .tries = cache->key.kind->tries,
+        .since = since,
+        .since_geometry = cache->snapshot ? cache->snapshot->versions.geometry : 0,
     };
     enum lum_status status = lum_vpl_update(&cache->vpls, &request, err);
     if (status == LUM_OK)
@@ -140,16 +143,13 @@ static bool is_current(const struct lum_cache *cache, const struct lum_snapshot 
 }
 
 /* The VPLs are new. */
-static void tell_kind(struct lum_cache *cache, const struct lum_cache_update *u)
+static void tell_kind(struct lum_cache *cache, const struct lum_cache_update *u, const struct lum_motion *motion)
 {
-    struct lum_motion motion = {.everything = true};
-    if (cache->snapshot && cache->key.kind->lasting)
-        lum_motion_between(cache->snapshot, u->snapshot, &motion);
     cache->epoch++;
     if (!(cache->spacing > 0.0f)) /* nothing shone yet: no record knows a VPL */
         cache->spacing = cache->vpls.spacing;
-    if (!motion.everything)
-        cache->key.kind->change(cache, u, &motion);
+    if (!motion->everything)
+        cache->key.kind->change(cache, u, motion);
     else if (cache->snapshot) /* there may be records */
         lum_cache_clear(cache);
     if (lum_store_count(cache->store) == 0)
@@ -160,16 +160,19 @@ enum lum_status lum_cache_update(struct lum_cache *cache, const struct lum_cache
 {
     entry_of(cache)->used = ++entry_of(cache)->owner->n_used;
     bool current = is_current(cache, u->snapshot);
+    struct lum_motion motion = {.everything = true};
+    if (!current && cache->snapshot && cache->key.kind->lasting)
+        lum_motion_between(cache->snapshot, u->snapshot, &motion);
     enum lum_status status = cache->store ? LUM_OK : make_store(cache, err);
     if (status == LUM_OK && cache->key.kind->vpls)
-        status = update_vpls(cache, u, err);
+        status = update_vpls(cache, u, &motion, err);
     if (status != LUM_OK) {
         lum_cache_clear(cache);
         take_snapshot(cache, NULL);
         return status;
     }
     if (!current)
-        tell_kind(cache, u);
+        tell_kind(cache, u, &motion);
     take_snapshot(cache, u->snapshot);
     return LUM_OK;
 }

@@ -5,7 +5,7 @@
 #include "core/math/sampler.h"
 #include "core/path/guide.h"
 #include "core/trace/stale.h"
-#include "core/vpl/vpl.h"
+#include "core/vpl/portals.h"
 #include "core/render/view_state.h"
 
 struct lum_view_settings lum_view_settings_default(void)

@@ -8,7 +8,8 @@
  *
  * Finer than the table, each within its product: of surfaces none by lights that move, unless objects begin or end to
  * shine (surfaces.c); of lights' own layers only those of lights that moved (layers.c); of VPLs the mask of those that
- * did (vpl.h); of records what their kind finds that motion met (core/cache/kind.h). */
+ * did (vpl.h), and of their rays those that may meet what moved (known_rays.h); of records what their kind finds that
+ * motion met (core/cache/kind.h). */
 #ifndef LUM_CORE_TRACE_STALE_H
 #define LUM_CORE_TRACE_STALE_H
 

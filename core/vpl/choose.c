@@ -46,6 +46,7 @@ struct choice {
     const struct lum_vpl_set *candidates;
     const struct lum_vpl_plan *plan;
     const struct lum_snapshot *snapshot;
+    const struct lum_known *known;
     float *w;                      /* by candidate; 0: there is no VPL */
     float *priority;               /* by candidate */
     float *sorted;                 /* room for those of a run */
@@ -101,8 +102,7 @@ static void probe(void *ctx, uint32_t slot, struct lum_counters *counters)
             lum_rays_push(&rays, o, lum_frame_to_scene(&frame, lum_warp_cosine(lum_sampler_2d(&sampler, 0))), INFINITY);
         }
     }
-    lum_trace_closest(&trace, &rays, &hits);
-    counters->rays[LUM_RAY_VPL] += rays.n;
+    counters->rays[LUM_RAY_VPL] += lum_known_closest(choice->known, &trace, &rays, &hits);
     for (uint32_t r = 0; r < rays.n; r++)
         note(choice, of[r], &rays, &hits, r);
 }
@@ -265,7 +265,8 @@ enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set
                                const struct lum_vpl_plan *plan, const struct lum_vpl_request *rq,
                                struct lum_vpl_kept *ret_kept, struct lum_error *err)
 {
-    struct choice choice = {.candidates = candidates, .plan = plan, .snapshot = rq->snapshot, .ret_kept = ret_kept};
+    struct choice choice = {
+        .candidates = candidates, .plan = plan, .snapshot = rq->snapshot, .known = &rq->known, .ret_kept = ret_kept};
     enum lum_status status = begin(&choice, err);
     if (status == LUM_OK)
         status = lum_vpl_run(rq, plan->n, probe, &choice, err);

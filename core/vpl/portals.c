@@ -9,7 +9,7 @@
  *
  * This depends on geometry and panes alone. The box is rounded to a grid, cells are taken whole or not at all, and rays
  * start from the numbers of crossings: what moves elsewhere changes no cell, as a rule, and so no VPL and no record. */
-#include "core/vpl/share.h"
+#include "core/vpl/portals.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +17,7 @@
 #include "core/math/sampler.h"
 #include "core/math/warp.h"
 #include "core/trace/rays.h"
+#include "core/vpl/share.h"
 
 /* Lines through the scene, crossings of each, and rays that a side has to meet something by to be inside: of a wall
  * that faces the ground and the sky half do, and one in 256 such sides is taken for one inside. */
@@ -125,8 +126,7 @@ static void cross_batch(void *ctx, uint32_t job, struct lum_counters *counters)
     }
     for (uint32_t c = 0; c < CROSSINGS && rays.n > 0; c++) {
         uint32_t n = rays.n;
-        lum_trace_closest(&trace, &rays, &hits);
-        counters->rays[LUM_RAY_VPL] += n;
+        counters->rays[LUM_RAY_VPL] += lum_known_closest(&search->rq->known, &trace, &rays, &hits);
         rays.n = 0;
         for (uint32_t r = 0; r < n; r++) { /* ray r is read before a ray up to r is written */
             if (hits.object[r] == LUM_NO_OBJECT)
@@ -153,22 +153,28 @@ static enum lum_status find_sides(struct search *search, struct lum_error *err)
 
 /* ---- who is inside ---- */
 
-/* Lines that met something met nothing when these were all panes. rays: of the lines, which are written anew. */
-static void look_through_panes(struct lum_trace *light, struct lum_rays *rays, struct line *lines,
-                               struct lum_counters *counters)
+static bool meets_pane(const struct lum_snapshot *s, uint32_t object)
+{
+    return object < s->n_instances && lum_material_is_pane(&s->materials[s->instances[object].material]);
+}
+
+/* Lines that met panes meet nothing when there are panes alone. rays: of the lines, which are written anew. */
+static void look_through_panes(const struct lum_snapshot *s, struct lum_rays *rays, const struct lum_hits *hits,
+                               struct line *lines, struct lum_counters *counters)
 {
     uint32_t line[LUM_RAY_BATCH], n = rays->n;
     uint8_t occluded[LUM_RAY_BATCH];
     struct lum_rgb through[LUM_RAY_BATCH];
     rays->n = 0;
     for (uint32_t i = 0; i < n; i++)
-        if (isfinite(lines[i].t)) {
+        if (meets_pane(s, hits->object[i])) {
             line[rays->n] = i;
             lum_rays_push(rays, lines[i].o, lines[i].d, INFINITY);
         }
     if (rays->n == 0)
         return;
-    lum_trace_light(light, rays, occluded, through);
+    struct lum_trace light = lum_trace_of_light(s, counters, true);
+    lum_trace_light(&light, rays, occluded, through);
     counters->rays[LUM_RAY_VPL] += rays->n;
     for (uint32_t r = 0; r < rays->n; r++)
         if (!occluded[r])
@@ -179,7 +185,6 @@ static void trace_lines(void *ctx, uint32_t job, struct lum_counters *counters)
 {
     struct search *search = ctx;
     struct lum_trace trace = lum_trace_of(search->rq->snapshot, counters);
-    struct lum_trace light = lum_trace_of_light(search->rq->snapshot, counters, true);
     struct line *lines = search->lines + job * LUM_RAY_BATCH;
     uint32_t left = search->n_lines - job * LUM_RAY_BATCH, n = left < LUM_RAY_BATCH ? left : LUM_RAY_BATCH;
     struct lum_rays rays;
@@ -187,12 +192,11 @@ static void trace_lines(void *ctx, uint32_t job, struct lum_counters *counters)
     rays.n = 0;
     for (uint32_t i = 0; i < n; i++)
         lum_rays_push(&rays, lines[i].o, lines[i].d, INFINITY);
-    lum_trace_closest(&trace, &rays, &hits);
-    counters->rays[LUM_RAY_VPL] += n;
+    counters->rays[LUM_RAY_VPL] += lum_known_closest(&search->rq->known, &trace, &rays, &hits);
     for (uint32_t i = 0; i < n; i++)
         lines[i].t = hits.object[i] == LUM_NO_OBJECT ? INFINITY : hits.t[i];
-    if (light.panes)
-        look_through_panes(&light, &rays, lines, counters);
+    if (search->rq->snapshot->has_panes)
+        look_through_panes(search->rq->snapshot, &rays, &hits, lines, counters);
 }
 
 static enum lum_status trace_all(struct search *search, struct lum_error *err)

@@ -1,5 +1,14 @@
 /* How slots are shared out: which path of which light, and which of its bounces, fills which slot. Internal to
- * core/vpl. */
+ * core/vpl.
+ *
+ * Quasi-Monte Carlo with stable indices. The first half of the slots are first bounces, half of the rest second
+ * bounces, and so on for four levels: not chance but the slots end half of the paths at each bounce, and those that go
+ * on weigh twice. What is left is all further bounces, each slot one of them, drawn with known probability. Within a
+ * level the slots belong to the lights in turn, as many to each as its share of the flux; slot j of a light's run is
+ * always the same bounce of the light's path number j, drawn with numbers that depend on the light's id, j and the seed
+ * alone. So a VPL only moves when something on its own path does, and no edit of one light moves another's as long as
+ * the shares stay. Neighbouring slots come from neighbouring numbers of a low-discrepancy sequence: subsets that take
+ * every m-th slot cover all lights and bounces. */
 #ifndef LUM_CORE_VPL_SHARE_H
 #define LUM_CORE_VPL_SHARE_H
 
@@ -76,6 +85,10 @@ LUM_MUST_USE enum lum_status lum_vpl_measure_radii(struct lum_vpl_set *set, cons
 LUM_MUST_USE enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set *candidates,
                                             const struct lum_vpl_plan *plan, const struct lum_vpl_request *rq,
                                             struct lum_vpl_kept *ret_kept, struct lum_error *err);
+
+/* The plan's paths, traced into the set's slots. */
+LUM_MUST_USE enum lum_status lum_vpl_emit(const struct lum_vpl_request *rq, const struct lum_vpl_plan *plan,
+                                          struct lum_vpl_set *set, struct lum_error *err);
 
 /* Runs jobs over the request's pool, if there is one, and adds up in its counters what they count. */
 LUM_MUST_USE enum lum_status lum_vpl_run(const struct lum_vpl_request *rq, uint32_t n_jobs,

@@ -2,14 +2,8 @@
  * reflects diffusely, a point light is left that sends on what the surface reflects. The sum of those that a point sees
  * is its indirect diffuse light.
  *
- * Quasi-Monte Carlo with stable indices. The first half of the slots are first bounces, half of the rest second
- * bounces, and so on for four levels: not chance but the slots end half of the paths at each bounce, and those that go
- * on weigh twice. What is left is all further bounces, each slot one of them, drawn with known probability. Within a
- * level the slots belong to the lights in turn, as many to each as its share of the flux; slot j of a light's run is
- * always the same bounce of the light's path number j, drawn with numbers that depend on the light's id, j and the seed
- * alone. So a VPL only moves when something on its own path does, and no edit of one light moves another's as long as
- * the shares stay. Neighbouring slots come from neighbouring numbers of a low-discrepancy sequence: subsets that take
- * every m-th slot cover all lights and bounces.
+ * Which path of which light fills which slot never changes (share.h): a VPL moves only when something on its own path
+ * does.
  *
  * With gloss, what mirrors and glass send on leaves VPLs as well, with lobes; each counts as a bounce of its path.
  *
@@ -31,6 +25,7 @@
 #include "core/math/vec.h"
 #include "core/scene/snapshot.h"
 #include "core/trace/effect.h"
+#include "core/trace/known_rays.h"
 
 struct lum_counters;
 struct lum_pool;
@@ -81,8 +76,9 @@ struct lum_vpl_set {
     /* private */
     struct lum_vpl_share *shares; /* of the paths, by light */
     uint32_t n_shares;
-    double scale; /* of the scene, which powers in candela are in units of */
-    void *memory; /* of the arrays */
+    double scale;                 /* of the scene, which powers in candela are in units of */
+    void *memory;                 /* of the arrays */
+    struct lum_known_rays *known; /* of the last update; NULL: none */
 };
 
 /* All slots of a set: those of the sky begin at a multiple of 64, so that no block of slots holds both kinds. */
@@ -133,6 +129,11 @@ struct lum_vpl_request {
     uint32_t tries; /* paths for each slot of light from afar, and half as many for others, of which as many as there
                      * are slots are chosen (choose.c): 1 .. LUM_VPL_TRIES_MAX; 0 is 1. Less where n times as many would
                      * be more than LUM_VPL_MAX */
+    /* What moved since the snapshot with this geometry, which was that of the last update: rays that meet nothing of it
+     * are not traced again. NULL: all are */
+    const struct lum_motion *since;
+    uint64_t since_geometry;
+    struct lum_known known; /* private */
 };
 
 /* Brings the set up to date with the snapshot: traces all paths again when geometry, materials or lights' shapes
@@ -141,10 +142,5 @@ struct lum_vpl_request {
  * director; splits its work over the pool. */
 LUM_MUST_USE enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_request *request,
                                             struct lum_error *err);
-
-/* The portals of the request's snapshot; of the request seed, pool and counters count, too: rays are added as
- * LUM_RAY_VPL. n 0: there are none. On failure likewise. Thread: the director. */
-LUM_MUST_USE enum lum_status lum_vpl_find_portals(struct lum_portals *ret_portals,
-                                                  const struct lum_vpl_request *request, struct lum_error *err);
 
 #endif

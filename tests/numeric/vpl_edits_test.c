@@ -1,5 +1,7 @@
 /* What an edit may move of virtual point lights, and what it costs. */
 #include "core/light/emit.h"
+#include "core/math/sampler.h"
+#include "core/scene/motion.h"
 #include "tests/support/vpls.h"
 
 static void dimming_traces_nothing(void **state)
@@ -219,6 +221,95 @@ static void threads_and_order_do_not_matter(void **state)
     lum_vpl_finish(&first.set);
 }
 
+/* ---- what is known from before ---- */
+
+static void put(struct rig *r, const char *id, const char *mesh, float albedo, struct lum_vec3d at)
+{
+    struct lum_material_desc m = rig_diffuse(albedo);
+    rig_material(r, id, &m);
+    rig_object(r, id, mesh, id, at);
+}
+
+/* A room with an open front, lit by a lamp and the sky, and crates in it. */
+static void open_room(struct rig *r)
+{
+    rig_begin(r, 2);
+    rig_box(r, "slab", 2, 0.1, 2);
+    rig_box(r, "side", 0.1, 1.5, 2);
+    rig_box(r, "back", 2, 1.5, 0.1);
+    rig_box(r, "front", 2, 0.4, 0.1);
+    rig_box(r, "crate", 0.2, 0.2, 0.2);
+    put(r, "floor", "slab", 0.5f, rig_v(0, -0.1, 0));
+    put(r, "roof", "slab", 0.7f, rig_v(0, 3.1, 0));
+    put(r, "left", "side", 0.6f, rig_v(-2.1, 1.5, 0));
+    put(r, "right", "side", 0.6f, rig_v(2.1, 1.5, 0));
+    put(r, "back", "back", 0.6f, rig_v(0, 1.5, -2.1));
+    put(r, "front", "front", 0.6f, rig_v(0, 0.4, 2.1));
+    struct lum_light_desc lamp = rig_point(rig_v(0, 2.5, 0), 100), sky = light_of_kind(LUM_LIGHT_ENVIRONMENT);
+    rig_light(r, "lamp", &lamp);
+    rig_light(r, "sky", &sky);
+}
+
+/* One of a few edits: crates are put where they may be, or taken away; a wall is painted; the lamp moves. */
+static void edit_something(struct rig *r, uint32_t step)
+{
+    uint32_t h = lum_hash_u32(step);
+    const char *crate = h & 1 ? "a crate" : "crate z"; /* before all others in the table, and after some */
+    double x = (h >> 8) % 16 / 8.0 - 1.0, z = (h >> 16) % 16 / 8.0 - 1.0;
+    if (h % 7 == 0)
+        assert_true(lum_scene_remove(r->scene, LUM_ENTITY_OBJECT, crate, NULL) != LUM_ERR_NOMEM); /* it may be gone */
+    else if (h % 7 == 1)
+        put(r, "back", "back", (float)(0.3 + 0.02 * (step % 20)), rig_v(0, 1.5, -2.1));
+    else if (h % 7 == 2) {
+        struct lum_light_desc lamp = rig_point(rig_v(0.5 * x, 2.5, 0), 100);
+        rig_light(r, "lamp", &lamp);
+    } else
+        put(r, crate, "crate", 0.5f, rig_v(x, 0.2 + (h >> 24) % 8 / 4.0, z));
+}
+
+/* Sets that are brought up to date by what is known are, bit by bit, those that nobody knew anything of. */
+static void known_rays_change_nothing(void **state)
+{
+    (void)state;
+    struct rig r;
+    open_room(&r);
+    rig_commit(&r);
+    struct vpls v = {.n = 256, .max_bounces = 3, .tries = 4}, fresh = v;
+    const struct lum_snapshot *before = NULL;
+    uint64_t traced = 0, of = 0;
+    uint32_t n_portals = 0;
+    for (uint32_t step = 0; step < 60; step++) {
+        struct lum_motion motion = {.everything = true};
+        if (before)
+            lum_motion_between(before, r.snapshot, &motion);
+        struct lum_vpl_request rq = vpls_request(&v, &r);
+        rq.since = &motion;
+        rq.since_geometry = before ? before->versions.geometry : 0;
+        memset(&v.counters, 0, sizeof v.counters);
+        RIG_OK(lum_vpl_update(&v.set, &rq, &err));
+        lum_vpl_finish(&fresh.set);
+        vpls_update(&fresh, &r);
+        assert_same_set(&v.set, &fresh.set);
+        assert_memory_equal(&v.set.portals, &fresh.set.portals, sizeof v.set.portals);
+        n_portals += v.set.portals.n > 0;
+        if (step > 0 && fresh.counters.rays[LUM_RAY_VPL] > 0 && v.counters.rays[LUM_RAY_VPL] > 0)
+            traced += v.counters.rays[LUM_RAY_VPL], of += fresh.counters.rays[LUM_RAY_VPL];
+        if (step % 5 == 4) /* it did not hear of everything */
+            put(&r, "a crate", "crate", 0.5f, rig_v(0.1 * (step % 10), 0.2, 0)), rig_commit(&r);
+        lum_snapshot_unref(before);
+        before = lum_snapshot_ref(r.snapshot);
+        edit_something(&r, step);
+        rig_commit(&r);
+    }
+    print_message("%.1f %% of the rays were traced, portals in %u of 60 steps\n", 100.0 * (double)traced / (double)of,
+                  n_portals);
+    assert_true(n_portals > 30 && traced < of);
+    lum_snapshot_unref(before);
+    lum_vpl_finish(&v.set);
+    lum_vpl_finish(&fresh.set);
+    rig_end(&r);
+}
+
 /* ---- nothing there ---- */
 
 static void nothing_comes_of_nothing(void **state)
@@ -310,6 +401,7 @@ int main(void)
         cmocka_unit_test(gloss_is_sent_on),
         cmocka_unit_test(moving_an_object_moves_what_met_it),
         cmocka_unit_test(threads_and_order_do_not_matter),
+        cmocka_unit_test(known_rays_change_nothing),
         cmocka_unit_test(nothing_comes_of_nothing),
         cmocka_unit_test(failed_updates_change_nothing),
     };

@@ -1,0 +1,181 @@
+/* Lock-free: entries are claimed by a counter, each is written by who claimed it, and slots of the table by who swaps
+ * its number in for a 0. While rays are kept nobody reads entries; readers come after the workers have been joined,
+ * which orders all writes before. Two who ask the same ray at once may both keep it, alike. */
+#include "core/trace/known_rays.h"
+
+#include <stdatomic.h>
+#include <string.h>
+
+#include "core/base/base.h"
+#include "core/math/sampler.h"
+#include "core/scene/motion.h"
+#include "core/trace/rays.h"
+
+#define RAYS_MAX (1u << 24)
+
+struct ray {
+    float o[3], d[3];
+};
+
+struct entry {
+    struct ray ray;
+    float t, u, v, ng[3];
+    uint32_t object, prim;
+};
+
+struct lum_known_rays {
+    uint32_t n_max, mask;
+    _Atomic uint32_t n;     /* claimed: may be more than n_max */
+    struct entry *entries;  /* n_max */
+    _Atomic uint32_t *slot; /* 1 + number of an entry, 0: none; mask + 1 of them, at least twice as many as entries */
+};
+
+enum lum_status lum_known_rays_create(uint32_t n, struct lum_known_rays **ret, struct lum_error *err)
+{
+    *ret = NULL;
+    if (n < 1 || n > RAYS_MAX)
+        return lum_fail(err, LUM_ERR_LIMIT, "", "1 to %u rays are kept, not %u", RAYS_MAX, n);
+    uint32_t n_slots = 2;
+    while (n_slots < 2 * n)
+        n_slots *= 2;
+    struct lum_known_rays *known = lum_calloc(1, sizeof *known);
+    if (!known)
+        goto fail;
+    known->n_max = n;
+    known->mask = n_slots - 1;
+    known->entries = lum_calloc(n, sizeof *known->entries);
+    known->slot = lum_calloc(n_slots, sizeof *known->slot);
+    if (!known->entries || !known->slot)
+        goto fail;
+    *ret = known;
+    return LUM_OK;
+fail:
+    lum_known_rays_destroy(known);
+    return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory to keep %u rays", n);
+}
+
+void lum_known_rays_destroy(struct lum_known_rays *known)
+{
+    if (!known)
+        return;
+    lum_free(known->entries);
+    lum_free((void *)known->slot);
+    lum_free(known);
+}
+
+static struct ray ray_at(const struct lum_rays *rays, uint32_t i)
+{
+    return (struct ray){{rays->ox[i], rays->oy[i], rays->oz[i]}, {rays->dx[i], rays->dy[i], rays->dz[i]}};
+}
+
+static uint32_t hash_of(const struct ray *ray)
+{
+    uint32_t bits[6], h = 0;
+    memcpy(bits, ray, sizeof bits);
+    for (int i = 0; i < 6; i++)
+        h = lum_hash_u32(h ^ bits[i]);
+    return h;
+}
+
+static const struct entry *find(const struct lum_known_rays *known, const struct ray *ray, uint32_t hash)
+{
+    for (uint32_t at = hash & known->mask;; at = (at + 1) & known->mask) { /* half of the slots are empty */
+        uint32_t number = atomic_load_explicit(&known->slot[at], memory_order_relaxed);
+        if (number == 0)
+            return NULL;
+        if (memcmp(&known->entries[number - 1].ray, ray, sizeof *ray) == 0)
+            return &known->entries[number - 1];
+    }
+}
+
+static void keep(struct lum_known_rays *known, const struct entry *entry, uint32_t hash)
+{
+    if (atomic_load_explicit(&known->n, memory_order_relaxed) >= known->n_max)
+        return;
+    uint32_t number = atomic_fetch_add_explicit(&known->n, 1, memory_order_relaxed);
+    if (number >= known->n_max)
+        return;
+    known->entries[number] = *entry;
+    for (uint32_t at = hash & known->mask;; at = (at + 1) & known->mask) {
+        uint32_t empty = 0;
+        if (atomic_compare_exchange_strong_explicit(&known->slot[at], &empty, number + 1, memory_order_relaxed,
+                                                    memory_order_relaxed))
+            return;
+    }
+}
+
+static struct entry entry_at(const struct ray *ray, const struct lum_hits *hits, uint32_t i)
+{
+    struct entry e = {.ray = *ray, .object = hits->object[i]};
+    if (e.object == LUM_NO_OBJECT)
+        return e;
+    e.t = hits->t[i], e.u = hits->u[i], e.v = hits->v[i], e.prim = hits->prim[i];
+    e.ng[0] = hits->ngx[i], e.ng[1] = hits->ngy[i], e.ng[2] = hits->ngz[i];
+    return e;
+}
+
+static void put_at(struct lum_hits *hits, uint32_t i, const struct entry *e)
+{
+    hits->object[i] = e->object, hits->prim[i] = e->prim;
+    hits->t[i] = e->t, hits->u[i] = e->u, hits->v[i] = e->v;
+    hits->ngx[i] = e->ng[0], hits->ngy[i] = e->ng[1], hits->ngz[i] = e->ng[2];
+}
+
+/* Nothing that moved was or is on its way. */
+static bool still_ends_there(const struct lum_known *known, const struct entry *e)
+{
+    struct lum_vec3 o = lum_v3(e->ray.o[0], e->ray.o[1], e->ray.o[2]),
+                    d = lum_v3(e->ray.d[0], e->ray.d[1], e->ray.d[2]);
+    float t = e->object == LUM_NO_OBJECT ? known->far / lum_length(d) : e->t;
+    return !lum_motion_meets(known->since, o, lum_v3_mad(o, d, t));
+}
+
+/* Of rays that are known ret_hits; the numbers of others in ret_unknown: how many they are. */
+static uint32_t recall(const struct lum_known *known, const struct lum_rays *rays, uint32_t *hash,
+                       struct lum_hits *ret_hits, uint32_t *ret_unknown)
+{
+    bool any = known->before && !known->since->everything && lum_motion_keeps_numbers(known->since);
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < rays->n; i++) {
+        struct ray ray = ray_at(rays, i);
+        hash[i] = hash_of(&ray);
+        const struct entry *e = any ? find(known->before, &ray, hash[i]) : NULL;
+        if (!e || !still_ends_there(known, e)) {
+            ret_unknown[n++] = i;
+            continue;
+        }
+        put_at(ret_hits, i, e);
+        if (known->now)
+            keep(known->now, e, hash[i]);
+    }
+    return n;
+}
+
+uint32_t lum_known_closest(const struct lum_known *known, const struct lum_trace *trace, const struct lum_rays *rays,
+                           struct lum_hits *ret_hits)
+{
+    if (!known->before && !known->now) {
+        lum_trace_closest(trace, rays, ret_hits);
+        return rays->n;
+    }
+    uint32_t hash[LUM_RAY_BATCH], unknown[LUM_RAY_BATCH];
+    uint32_t n = recall(known, rays, hash, ret_hits, unknown);
+    struct lum_rays some;
+    struct lum_hits hits;
+    some.n = 0;
+    ret_hits->white = false;
+    for (uint32_t k = 0; k < n; k++) {
+        struct ray ray = ray_at(rays, unknown[k]);
+        lum_rays_push(&some, lum_v3(ray.o[0], ray.o[1], ray.o[2]), lum_v3(ray.d[0], ray.d[1], ray.d[2]), INFINITY);
+    }
+    if (n > 0)
+        lum_trace_closest(trace, &some, &hits);
+    for (uint32_t k = 0; k < n; k++) {
+        struct ray ray = ray_at(rays, unknown[k]);
+        struct entry e = entry_at(&ray, &hits, k);
+        put_at(ret_hits, unknown[k], &e);
+        if (known->now)
+            keep(known->now, &e, hash[unknown[k]]);
+    }
+    return n;
+}
