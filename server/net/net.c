@@ -13,8 +13,8 @@
  * - Host and Origin are checked for pages and upgrades alike.
  * - By TLS each read takes a whole record. Where a rest of one stays with OpenSSL while a WebSocket is not read from
  *   (lws_rx_flow_control), 4.1.6 turns for ever, and adds what it holds back to its heap each time.
- * - There is no limit on message size, connections per address, bytes or messages per second in the library: they are
- *   here, in peers.c, in session.c and in uploads.c. */
+ * - There is no limit on message size, connections per address, handshakes, bytes or messages per second in the
+ * library: they are here, in peers.c, in handshakes.c, in session.c and in uploads.c. */
 #define _GNU_SOURCE
 #include "server/net/net.h"
 
@@ -58,11 +58,31 @@ static void turn_out(struct lum_net *net, const struct lum_peer *peer)
     net->counters.connections_turned_out++;
 }
 
+/* False: this network has begun too many handshakes, and would only have one refused: that is cheaper now. */
+static bool may_begin_soon(struct lum_net *net, const struct in6_addr *network)
+{
+    bool may = !net->config.tls ||
+               lum_handshakes_may(&net->handshakes, network, lum_peers_know(&net->peers, network), lum_clock_ns());
+    net->counters.handshakes_refused += !may;
+    return may;
+}
+
+static bool may_begin(void *user, int fd)
+{
+    struct lum_net *net = user;
+    struct in6_addr network;
+    bool may = lum_peer_network_of(fd, &network) &&
+               lum_handshakes_take(&net->handshakes, &network, lum_peers_know(&net->peers, &network), lum_clock_ns());
+    net->counters.handshakes += may;
+    net->counters.handshakes_refused += !may;
+    return may;
+}
+
 /* Before a byte is read. Nonzero: hang up. */
 static int filter_connection(struct lum_net *net, int fd)
 {
     struct in6_addr network;
-    if (lum_peer_network_of(fd, &network)) {
+    if (lum_peer_network_of(fd, &network) && may_begin_soon(net, &network)) {
         const struct lum_peer *guest = lum_peers_in_the_way(&net->peers, &network);
         if (guest)
             turn_out(net, guest);
@@ -291,7 +311,7 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
     struct conn *c = user;
     switch ((int)reason) {                                    /* int: only these reasons concern us */
     case LWS_CALLBACK_OPENSSL_LOAD_EXTRA_SERVER_VERIFY_CERTS: /* once, of the listening socket: no connection yet */
-        return lum_tls_setup(net->config.tls, user) ? 0 : -1;
+        return lum_tls_setup(net->config.tls, user, may_begin, net) ? 0 : -1;
     case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
         return filter_connection(net, (int)(intptr_t)in);
     case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED:
@@ -380,6 +400,7 @@ enum lum_status lum_net_create(const struct lum_net_config *config, struct lum_n
     net->config = *config;
     net->site =
         (struct lum_http_site){.counters = &net->counters, .auth = net->config.auth, .started_ns = lum_clock_ns()};
+    lum_handshakes_init(&net->handshakes, lum_clock_ns());
     lws_set_log_level(0, NULL); /* what matters is reported from here, through our own log */
     fill_info(net, &info);
     net->context = lws_create_context(&info);

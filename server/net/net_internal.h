@@ -5,6 +5,7 @@
 
 #include <libwebsockets.h>
 
+#include "server/net/handshakes.h"
 #include "server/net/metrics.h"
 #include "server/net/net.h"
 #include "server/net/peers.h"
@@ -46,6 +47,7 @@ struct lum_net {
     struct lum_net_counters counters;
     struct conn *conns[LUM_LIMIT_CONNECTIONS]; /* by session slot */
     struct lum_peers peers;
+    struct lum_handshakes handshakes; /* of TLS */
     unsigned char tx[LWS_PRE + LUM_NET_TX_BYTES];
 };
 

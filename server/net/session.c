@@ -275,7 +275,7 @@ static void receive_ack(struct lum_session *s, const struct lum_rpc *rpc, int64_
         lum_session_say(s, lum_rpc_result(rpc->id, cJSON_CreateObject()));
 }
 
-static bool has_scene(const struct lum_session *s, struct lum_proto_error *err)
+bool lum_session_has_scene(const struct lum_session *s, struct lum_proto_error *err)
 {
     return s->project || lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "method",
                                         "this session is in no project: session.hello says in which");
@@ -285,7 +285,7 @@ static void receive_request(struct lum_session *s, struct lum_rpc *rpc, int64_t 
 {
     struct lum_proto_error err;
     struct lum_request *q = lum_request_read(rpc, s->person.role, &err);
-    if (q && !has_scene(s, &err)) {
+    if (q && !lum_session_has_scene(s, &err)) {
         rpc->id = q->rpc_id;
         q->rpc_id = NULL;
         lum_request_destroy(q);
