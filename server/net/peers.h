@@ -16,7 +16,7 @@ struct lum_peer {
     struct in6_addr network; /* IPv4 as ::ffff:a.b.c.d */
     void *connection;        /* NULL: the entry is free */
     uint64_t number;         /* in the order of coming */
-    bool greeted;            /* said hello: is not turned out for another */
+    bool greeted;            /* said hello, or sends files with a ticket: is not turned out for another */
 };
 
 /* Zero is empty. */
