@@ -22,7 +22,7 @@
 #include "tests/unit/failing_alloc.h"
 #include "tests/unit/failing_openssl.h"
 
-static unsigned step_of_reading = 61, step_of_shaking = 5;
+static unsigned step_of_reading = 127, step_of_shaking = 5;
 
 /* ---- a certificate ---- */
 
