@@ -89,8 +89,11 @@
 #define LUM_LIMIT_MESSAGES_PER_S 240u        /* a 120 Hz drag of two values; token bucket with 2 s of burst */
 #define LUM_LIMIT_RX_BYTES_PER_S (4u << 20)  /* of a session: reading them takes a tenth of the net thread at most */
 #define LUM_LIMIT_RX_BURST_BYTES (16u << 20) /* two of the largest messages at once */
-#define LUM_LIMIT_FRAME_COST_BYTES 1024u     /* what a frame costs beside its bytes: tiny ones are not free */
-#define LUM_LIMIT_VALUE_COST_BYTES 8u        /* and a value of JSON, which is an allocation */
+#define LUM_LIMIT_RX_REST_PER_S                                                                                        \
+    (64u << 10)                          /* of a session that is not charged: pings, headers of frames and of TLS      \
+                                          */
+#define LUM_LIMIT_FRAME_COST_BYTES 1024u /* what a frame costs beside its bytes: tiny ones are not free */
+#define LUM_LIMIT_VALUE_COST_BYTES 8u    /* and a value of JSON, which is an allocation */
 #define LUM_LIMIT_CONTROL_QUEUE_BYTES (16u << 20) /* replies waiting in one session; over it the session is closed */
 #define LUM_LIMIT_UNACKED_FRAMES 2u               /* W = 2: one in flight, one being drawn */
 #define LUM_LIMIT_TILE_SIDE 128u                  /* a PNG tile stays below one socket write of 64 KiB */

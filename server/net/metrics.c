@@ -95,6 +95,8 @@ static void print_net_metrics(FILE *out, const struct lum_net_counters *c, int64
         {"frames_acked_total", "counter", "Frame acknowledgements", (double)c->frames_acked},
         {"ws_tx_bytes_total", "counter", "Bytes sent in WebSocket messages", (double)c->tx_bytes},
         {"ws_rx_bytes_total", "counter", "Bytes received in WebSocket messages", (double)c->rx_bytes},
+        {"ws_rx_rest_bytes_total", "counter", "Bytes received that were of no message, beyond what is free",
+         (double)c->rx_rest},
         {"ws_rx_waits_total", "counter", "Times a session sent too fast and was read later", (double)c->rx_waits},
     };
     const struct metric tls[] = {

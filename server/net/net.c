@@ -30,12 +30,14 @@
 #include "server/base/service.h"
 #include "server/net/net_internal.h"
 #include "server/net/projects.h"
+#include "server/net/received.h"
 #include "server/net/tls.h"
 
 #define PROTOCOL "lumend.v1"
 #define RX_BYTES (16u << 10)              /* read at once: most messages whole; each connection has such a buffer */
 #define TLS_RECORD_BYTES (16u << 10)      /* at most: RFC 8446, 5.1 */
 #define UNSENT_BYTES (128 << 10)          /* TCP_NOTSENT_LOWAT: frames wait here, and not in the kernel */
+#define FRAME_HEADERS_BYTES 64            /* of a frame and a record of TLS: 14 and 5, its checksum 16; and some */
 #define READ_LATER_US 20000               /* at least so long, so that a flood does not mean a timer for every read */
 #define TURN_NS 1000000000ll              /* of projects: what waits for one waits seconds anyway */
 #define HEADER_POOL LUM_LIMIT_CONNECTIONS /* all may be in their HTTP phase at once: none waits for another */
@@ -159,6 +161,41 @@ static void serve(const struct lum_net *net, struct conn *c)
         lws_callback_on_writable(c->wsi);
 }
 
+static void read_on(lws_sorted_usec_list_t *sul)
+{
+    lws_rx_flow_control(lws_container_of(sul, struct conn, read_later)->wsi, 1);
+}
+
+/* Who owes is not read from until it is paid. What comes waits in the kernel, and with the sender. */
+static void let_wait(struct conn *c, int64_t wait_ns)
+{
+    if (!wait_ns)
+        return;
+    lws_rx_flow_control(c->wsi, 0);
+    lws_sul_schedule(lws_get_context(c->wsi), 0, &c->read_later, read_on, wait_ns / 1000 + READ_LATER_US);
+}
+
+/* What a client sends is paid for before anybody looks at it. */
+static void charge(struct conn *c, const char *bytes, size_t n)
+{
+    c->n_charged += n + FRAME_HEADERS_BYTES;
+    let_wait(c, lum_session_charge(c->session, bytes, n, lws_remaining_packet_payload(c->wsi) == 0));
+}
+
+/* What was of no message is paid for afterwards: of pings, and of what is TLS's own, the library tells nothing. */
+static void count_rest(lws_sorted_usec_list_t *sul)
+{
+    struct conn *c = lws_container_of(sul, struct conn, count_later);
+    uint64_t n_read = c->n_read;
+    bool known = lum_received_bytes(lws_get_socket_fd(c->wsi), &n_read);
+    uint64_t n_free = c->n_charged + LUM_LIMIT_RX_REST_PER_S, n = n_read - c->n_read;
+    if (known && n > n_free)
+        let_wait(c, lum_session_charge_rest(c->session, n - n_free));
+    c->n_read = n_read;
+    c->n_charged = 0;
+    lws_sul_schedule(lws_get_context(c->wsi), 0, &c->count_later, count_rest, LWS_US_PER_SEC);
+}
+
 static int ws_established(struct lum_net *net, struct lws *wsi, struct conn *c)
 {
     const int on = 1, unsent = UNSENT_BYTES, fd = lws_get_socket_fd(wsi);
@@ -175,6 +212,8 @@ static int ws_established(struct lum_net *net, struct lws *wsi, struct conn *c)
         return close_with(c, LUM_CLOSE_BUSY);
     net->conns[lum_session_slot(c->session)] = c;
     expect_hello(c);
+    (void)lum_received_bytes(fd, &c->n_read);
+    lws_sul_schedule(net->context, 0, &c->count_later, count_rest, LWS_US_PER_SEC);
     serve(net, c);
     return 0;
 }
@@ -185,27 +224,12 @@ static void ws_closed(struct lum_net *net, struct conn *c)
         return;
     net->conns[lum_session_slot(c->session)] = NULL;
     lws_sul_cancel(&c->read_later);
+    lws_sul_cancel(&c->count_later);
     lum_session_close(c->session);
     lum_rx_finish(&c->rx);
     c->session = NULL;
     if (net->site.draining) /* one that a timer closed: the library would sleep until its next timer, half a minute */
         lws_cancel_service(net->context);
-}
-
-static void read_on(lws_sorted_usec_list_t *sul)
-{
-    lws_rx_flow_control(lws_container_of(sul, struct conn, read_later)->wsi, 1);
-}
-
-/* What a client sends is paid for before anybody looks at it. Who owes is not read from until then: what comes waits in
- * the kernel, and with the sender. */
-static void charge(struct conn *c, const char *bytes, size_t n)
-{
-    int64_t wait_ns = lum_session_charge(c->session, bytes, n, lws_remaining_packet_payload(c->wsi) == 0);
-    if (!wait_ns)
-        return;
-    lws_rx_flow_control(c->wsi, 0);
-    lws_sul_schedule(lws_get_context(c->wsi), 0, &c->read_later, read_on, wait_ns / 1000 + READ_LATER_US);
 }
 
 static int ws_receive(struct lum_net *net, struct conn *c, const char *bytes, size_t n)

@@ -7,7 +7,7 @@ import time
 import unittest
 
 from daemon import Daemon
-from wsclient import BROKEN, HandshakeFailed, RpcError, TEXT, Closed, frame, read_to_end
+from wsclient import BROKEN, PING, TEXT, Closed, HandshakeFailed, RpcError, frame, read_to_end
 
 PER_ADDRESS = 64   # LUM_LIMIT_CONNECTIONS_PER_IP
 SESSIONS = 64      # LUM_LIMIT_SESSIONS
@@ -235,6 +235,18 @@ class Abuse(unittest.TestCase):
         self.assertGreaterEqual(time.monotonic() - start, pace)
         if unhurried < 0.5 * pace:  # a slow machine sends no faster than the pace
             self.assertGreater(self.daemon.metric("ws_rx_waits_total"), 0)
+
+    def test_a_flood_of_pings_is_paid_for(self):
+        """What is no message costs time, too: it is counted, beyond what is free, and others are served."""
+        flooder = self.daemon.connect(pong=False)
+        flood, sent = frame(PING, b"a" * 125) * 300, 0
+        while self.daemon.metric("ws_rx_rest_bytes_total") == 0:
+            flooder.send_raw(flood)
+            flooder.sip(1 << 16)  # a pong or more
+            sent += len(flood)
+            self.assertLess(sent, 1 << 28, "it was never counted")
+            self.good.call("stats.get")
+        flooder.close()
 
     def assert_unsupported(self, ws, rpc_id):
         with self.assertRaises(RpcError) as caught:
