@@ -168,6 +168,14 @@ static void signals_finish(struct signal_watch *w)
 
 /* ---- serve ---- */
 
+/* OpenSSL sets itself up when it is first used. Where memory is short then, it never tries again: not while people
+ * wait. */
+static enum lum_status begin_hashing(struct lum_error *err)
+{
+    uint8_t sha[LUM_TOKEN_SHA_BYTES];
+    return lum_token_sha("", sha) ? LUM_OK : lum_fail(err, LUM_ERR_NOMEM, "", "no memory for SHA-256");
+}
+
 static enum lum_status make_auth(const struct lum_serve_options *o, struct lum_auth *ret_auth, struct lum_error *err)
 {
     if (o->no_auth) {
@@ -460,6 +468,8 @@ static enum lum_status serve(const struct lum_serve_options *o, struct lum_log l
     struct signal_watch watch = {.tokens = o->tokens, .auth = &auth, .log = log};
     signals_block(&watch, o->tokens || o->tls_cert);
     enum lum_status status = lum_service_open(&service, err);
+    if (!status)
+        status = begin_hashing(err);
     if (!status)
         status = make_auth(o, &auth, err);
     if (!status)

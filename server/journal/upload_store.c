@@ -58,6 +58,8 @@ enum lum_status lum_upload_store_open(const char *root, const struct lum_disk *d
     lum_dir_close(&above);
     if (!st)
         st = lum_dir_each(&ret_store->dir, look_at, ret_store, err);
+    if (!st && !(ret_store->sha = EVP_MD_fetch(NULL, "SHA256", NULL)))
+        st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory for SHA-256");
     if (st)
         lum_upload_store_close(ret_store);
     return st;
@@ -66,6 +68,8 @@ enum lum_status lum_upload_store_open(const char *root, const struct lum_disk *d
 void lum_upload_store_close(struct lum_upload_store *store)
 {
     lum_dir_close(&store->dir);
+    EVP_MD_free(store->sha);
+    store->sha = NULL;
 }
 
 /* ---- a root of its own ---- */
@@ -218,7 +222,7 @@ enum lum_status lum_upload_writer_create(struct lum_upload_store *store, const s
     w->dir.fd = w->part.fd = -1;
     snprintf(w->part_name, sizeof w->part_name, PART "%llu", (unsigned long long)atomic_fetch_add(&store->n_made, 1));
     w->sha = EVP_MD_CTX_new();
-    enum lum_status st = w->sha && EVP_DigestInit_ex(w->sha, EVP_sha256(), NULL) == 1
+    enum lum_status st = w->sha && EVP_DigestInit_ex(w->sha, store->sha, NULL) == 1
                              ? LUM_OK
                              : lum_fail(err, LUM_ERR_NOMEM, "", "no memory for an upload");
     if (!st)
@@ -263,17 +267,28 @@ static enum lum_status make_id(struct lum_upload_writer *w, lum_upload_id ret_id
     return LUM_OK;
 }
 
+static bool is_kept(const struct lum_upload_store *store, const char *name)
+{
+    struct stat st;
+    return fstatat(store->dir.fd, name, &st, AT_SYMLINK_NOFOLLOW) == 0;
+}
+
 enum lum_status lum_upload_finish(struct lum_upload_writer *w, lum_upload_id ret_id, bool *ret_known,
                                   struct lum_error *err)
 {
-    struct stat st;
     if (w->n_begun < w->n_files || w->left > 0)
         return lum_fail(err, LUM_ERR_INVALID, "", "bytes are missing");
     enum lum_status status = make_id(w, ret_id, err);
     if (status)
         return status;
-    *ret_known = fstatat(w->store->dir.fd, ret_id, &st, AT_SYMLINK_NOFOLLOW) == 0;
-    return *ret_known ? LUM_OK : lum_dir_rename(&w->store->dir, w->part_name, ret_id, err);
+    *ret_known = is_kept(w->store, ret_id);
+    if (!*ret_known) {
+        status = lum_dir_rename(&w->store->dir, w->part_name, ret_id, err);
+        /* Somebody sent the same, and was faster: that is a folder with files in it, which no other takes the place of.
+         */
+        *ret_known = status && is_kept(w->store, w->part_name) && is_kept(w->store, ret_id);
+    }
+    return *ret_known ? lum_dir_sync(&w->store->dir, err) : status; /* who was faster may not have come to that */
 }
 
 void lum_upload_writer_destroy(struct lum_upload_writer *w)

@@ -17,9 +17,12 @@ struct lum_upload_file {
 /* UTF-8 without control characters and backslashes; no part empty, or with a dot before it. */
 bool lum_upload_name_is(const char *name);
 
+struct evp_md_st;
+
 struct lum_upload_store {
     struct lum_dir dir;
-    uint64_t n_bytes; /* that lay there when it was opened */
+    struct evp_md_st *sha; /* fetched when it is opened: where memory is short then, OpenSSL never tries again */
+    uint64_t n_bytes;      /* that lay there when it was opened */
     _Atomic uint64_t n_made;
 };
 /* Removes what was cut off. */

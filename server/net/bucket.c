@@ -13,6 +13,12 @@ static void fill(struct lum_bucket *b, int64_t now_ns)
     b->filled_ns = now_ns;
 }
 
+double lum_bucket_level(struct lum_bucket *b, int64_t now_ns)
+{
+    fill(b, now_ns);
+    return b->level;
+}
+
 bool lum_bucket_take(struct lum_bucket *b, int64_t now_ns)
 {
     fill(b, now_ns);

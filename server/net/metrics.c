@@ -95,12 +95,19 @@ static void print_net_metrics(FILE *out, const struct lum_net_counters *c, int64
         {"frames_acked_total", "counter", "Frame acknowledgements", (double)c->frames_acked},
         {"ws_tx_bytes_total", "counter", "Bytes sent in WebSocket messages", (double)c->tx_bytes},
         {"ws_rx_bytes_total", "counter", "Bytes received in WebSocket messages", (double)c->rx_bytes},
+        {"ws_rx_rest_bytes_total", "counter", "Bytes received that were of no message, beyond what is free",
+         (double)c->rx_rest},
         {"ws_rx_waits_total", "counter", "Times a session sent too fast and was read later", (double)c->rx_waits},
     };
-    const struct metric certificate = {"tls_certificate_ends_seconds", "gauge", "When its time ends, of the Unix epoch",
-                                       (double)c->certificate_ends_s};
+    const struct metric tls[] = {
+        {"tls_certificate_ends_seconds", "gauge", "When its time ends, of the Unix epoch",
+         (double)c->certificate_ends_s},
+        {"tls_handshakes_total", "counter", "Handshakes begun", (double)c->handshakes},
+        {"tls_handshakes_refused_total", "counter", "Handshakes, and connections before one, over a limit",
+         (double)c->handshakes_refused},
+    };
     print_metrics(out, metrics, LUM_ARRAY_LEN(metrics));
-    print_metrics(out, &certificate, c->certificate_ends_s != 0);
+    print_metrics(out, tls, c->certificate_ends_s != 0 ? LUM_ARRAY_LEN(tls) : 0);
     fprintf(out,
             "# HELP lumend_build_info Version\n# TYPE lumend_build_info gauge\nlumend_build_info{version=\"%s\"} 1\n",
             LUMEND_VERSION);

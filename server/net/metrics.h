@@ -10,7 +10,8 @@ struct lum_projects;
 /* Thread: the net thread, for everything. */
 struct lum_net_counters {
     uint64_t connections, connections_refused, connections_turned_out, http_requests, sessions, sessions_refused,
-        messages, messages_refused, frames_acked, tx_bytes, rx_bytes, rx_waits, tiles_sent;
+        messages, messages_refused, frames_acked, tx_bytes, rx_bytes, rx_rest, rx_waits, tiles_sent, handshakes,
+        handshakes_refused;
     uint32_t sessions_open;
     int64_t certificate_ends_s; /* of the Unix epoch; 0: no TLS is spoken */
 };

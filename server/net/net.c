@@ -13,8 +13,8 @@
  * - Host and Origin are checked for pages and upgrades alike.
  * - By TLS each read takes a whole record. Where a rest of one stays with OpenSSL while a WebSocket is not read from
  *   (lws_rx_flow_control), 4.1.6 turns for ever, and adds what it holds back to its heap each time.
- * - There is no limit on message size, connections per address, bytes or messages per second in the library: they are
- *   here, in peers.c, in session.c and in uploads.c. */
+ * - There is no limit on message size, connections per address, handshakes, bytes or messages per second in the
+ * library: they are here, in peers.c, in handshakes.c, in session.c and in uploads.c. */
 #define _GNU_SOURCE
 #include "server/net/net.h"
 
@@ -30,12 +30,14 @@
 #include "server/base/service.h"
 #include "server/net/net_internal.h"
 #include "server/net/projects.h"
+#include "server/net/received.h"
 #include "server/net/tls.h"
 
 #define PROTOCOL "lumend.v1"
 #define RX_BYTES (16u << 10)              /* read at once: most messages whole; each connection has such a buffer */
 #define TLS_RECORD_BYTES (16u << 10)      /* at most: RFC 8446, 5.1 */
 #define UNSENT_BYTES (128 << 10)          /* TCP_NOTSENT_LOWAT: frames wait here, and not in the kernel */
+#define FRAME_HEADERS_BYTES 64            /* of a frame and a record of TLS: 14 and 5, its checksum 16; and some */
 #define READ_LATER_US 20000               /* at least so long, so that a flood does not mean a timer for every read */
 #define TURN_NS 1000000000ll              /* of projects: what waits for one waits seconds anyway */
 #define HEADER_POOL LUM_LIMIT_CONNECTIONS /* all may be in their HTTP phase at once: none waits for another */
@@ -58,11 +60,31 @@ static void turn_out(struct lum_net *net, const struct lum_peer *peer)
     net->counters.connections_turned_out++;
 }
 
+/* False: this network has begun too many handshakes, and would only have one refused: that is cheaper now. */
+static bool may_begin_soon(struct lum_net *net, const struct in6_addr *network)
+{
+    bool may = !net->config.tls ||
+               lum_handshakes_may(&net->handshakes, network, lum_peers_know(&net->peers, network), lum_clock_ns());
+    net->counters.handshakes_refused += !may;
+    return may;
+}
+
+static bool may_begin(void *user, int fd)
+{
+    struct lum_net *net = user;
+    struct in6_addr network;
+    bool may = lum_peer_network_of(fd, &network) &&
+               lum_handshakes_take(&net->handshakes, &network, lum_peers_know(&net->peers, &network), lum_clock_ns());
+    net->counters.handshakes += may;
+    net->counters.handshakes_refused += !may;
+    return may;
+}
+
 /* Before a byte is read. Nonzero: hang up. */
 static int filter_connection(struct lum_net *net, int fd)
 {
     struct in6_addr network;
-    if (lum_peer_network_of(fd, &network)) {
+    if (lum_peer_network_of(fd, &network) && may_begin_soon(net, &network)) {
         const struct lum_peer *guest = lum_peers_in_the_way(&net->peers, &network);
         if (guest)
             turn_out(net, guest);
@@ -139,6 +161,41 @@ static void serve(const struct lum_net *net, struct conn *c)
         lws_callback_on_writable(c->wsi);
 }
 
+static void read_on(lws_sorted_usec_list_t *sul)
+{
+    lws_rx_flow_control(lws_container_of(sul, struct conn, read_later)->wsi, 1);
+}
+
+/* Who owes is not read from until it is paid. What comes waits in the kernel, and with the sender. */
+static void let_wait(struct conn *c, int64_t wait_ns)
+{
+    if (!wait_ns)
+        return;
+    lws_rx_flow_control(c->wsi, 0);
+    lws_sul_schedule(lws_get_context(c->wsi), 0, &c->read_later, read_on, wait_ns / 1000 + READ_LATER_US);
+}
+
+/* What a client sends is paid for before anybody looks at it. */
+static void charge(struct conn *c, const char *bytes, size_t n)
+{
+    c->n_charged += n + FRAME_HEADERS_BYTES;
+    let_wait(c, lum_session_charge(c->session, bytes, n, lws_remaining_packet_payload(c->wsi) == 0));
+}
+
+/* What was of no message is paid for afterwards: of pings, and of what is TLS's own, the library tells nothing. */
+static void count_rest(lws_sorted_usec_list_t *sul)
+{
+    struct conn *c = lws_container_of(sul, struct conn, count_later);
+    uint64_t n_read = c->n_read;
+    bool known = lum_received_bytes(lws_get_socket_fd(c->wsi), &n_read);
+    uint64_t n_free = c->n_charged + LUM_LIMIT_RX_REST_PER_S, n = n_read - c->n_read;
+    if (known && n > n_free)
+        let_wait(c, lum_session_charge_rest(c->session, n - n_free));
+    c->n_read = n_read;
+    c->n_charged = 0;
+    lws_sul_schedule(lws_get_context(c->wsi), 0, &c->count_later, count_rest, LWS_US_PER_SEC);
+}
+
 static int ws_established(struct lum_net *net, struct lws *wsi, struct conn *c)
 {
     const int on = 1, unsent = UNSENT_BYTES, fd = lws_get_socket_fd(wsi);
@@ -155,6 +212,8 @@ static int ws_established(struct lum_net *net, struct lws *wsi, struct conn *c)
         return close_with(c, LUM_CLOSE_BUSY);
     net->conns[lum_session_slot(c->session)] = c;
     expect_hello(c);
+    (void)lum_received_bytes(fd, &c->n_read);
+    lws_sul_schedule(net->context, 0, &c->count_later, count_rest, LWS_US_PER_SEC);
     serve(net, c);
     return 0;
 }
@@ -165,27 +224,12 @@ static void ws_closed(struct lum_net *net, struct conn *c)
         return;
     net->conns[lum_session_slot(c->session)] = NULL;
     lws_sul_cancel(&c->read_later);
+    lws_sul_cancel(&c->count_later);
     lum_session_close(c->session);
     lum_rx_finish(&c->rx);
     c->session = NULL;
     if (net->site.draining) /* one that a timer closed: the library would sleep until its next timer, half a minute */
         lws_cancel_service(net->context);
-}
-
-static void read_on(lws_sorted_usec_list_t *sul)
-{
-    lws_rx_flow_control(lws_container_of(sul, struct conn, read_later)->wsi, 1);
-}
-
-/* What a client sends is paid for before anybody looks at it. Who owes is not read from until then: what comes waits in
- * the kernel, and with the sender. */
-static void charge(struct conn *c, const char *bytes, size_t n)
-{
-    int64_t wait_ns = lum_session_charge(c->session, bytes, n, lws_remaining_packet_payload(c->wsi) == 0);
-    if (!wait_ns)
-        return;
-    lws_rx_flow_control(c->wsi, 0);
-    lws_sul_schedule(lws_get_context(c->wsi), 0, &c->read_later, read_on, wait_ns / 1000 + READ_LATER_US);
 }
 
 static int ws_receive(struct lum_net *net, struct conn *c, const char *bytes, size_t n)
@@ -291,7 +335,7 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
     struct conn *c = user;
     switch ((int)reason) {                                    /* int: only these reasons concern us */
     case LWS_CALLBACK_OPENSSL_LOAD_EXTRA_SERVER_VERIFY_CERTS: /* once, of the listening socket: no connection yet */
-        return lum_tls_setup(net->config.tls, user) ? 0 : -1;
+        return lum_tls_setup(net->config.tls, user, may_begin, net) ? 0 : -1;
     case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
         return filter_connection(net, (int)(intptr_t)in);
     case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED:
@@ -380,6 +424,7 @@ enum lum_status lum_net_create(const struct lum_net_config *config, struct lum_n
     net->config = *config;
     net->site =
         (struct lum_http_site){.counters = &net->counters, .auth = net->config.auth, .started_ns = lum_clock_ns()};
+    lum_handshakes_init(&net->handshakes, lum_clock_ns());
     lws_set_log_level(0, NULL); /* what matters is reported from here, through our own log */
     fill_info(net, &info);
     net->context = lws_create_context(&info);

@@ -54,11 +54,22 @@ static void finish_response(struct conn *c)
     c->response_sent = 0;
 }
 
+/* NULL: none comes by this connection any more. Who sends files had a ticket for that: she makes no room for others. */
+static void set_upload(struct conn *c, struct lum_upload *u)
+{
+    struct lum_peer *peer = lws_get_opaque_user_data(c->wsi);
+    if (peer)
+        peer->greeted = u != NULL;
+    c->upload = u;
+}
+
 void lum_net_http_finish(struct conn *c)
 {
     finish_response(c);
+    if (!c->upload)
+        return;
     lum_upload_release(c->upload);
-    c->upload = NULL;
+    set_upload(c, NULL);
 }
 
 /* -1: there is none, or it is none. */
@@ -76,7 +87,7 @@ static bool answer(struct lum_net *net, struct conn *c, const char *name)
 {
     char authorization[sizeof "Bearer " + LUM_TOKEN_MAX_BYTES + 1];
     if (lws_hdr_total_length(c->wsi, WSI_TOKEN_PUT_URI) > 0) {
-        c->upload = lum_http_put(&net->site, name, content_length(c->wsi), c, &c->response);
+        set_upload(c, lum_http_put(&net->site, name, content_length(c->wsi), c, &c->response));
         return c->upload != NULL;
     }
     if (!c->head_only && lws_hdr_total_length(c->wsi, WSI_TOKEN_GET_URI) <= 0) {
@@ -168,7 +179,7 @@ int lum_net_http_writeable(struct lum_net *net, struct conn *c)
     if (c->upload && lum_upload_is_done(c->upload)) {
         cJSON *json;
         int status = lum_upload_answer(c->upload, &json);
-        c->upload = NULL;
+        set_upload(c, NULL);
         lum_http_json(status, json, &c->response);
         cJSON_Delete(json);
         if (send_head(net, c))

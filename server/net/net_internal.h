@@ -5,6 +5,7 @@
 
 #include <libwebsockets.h>
 
+#include "server/net/handshakes.h"
 #include "server/net/metrics.h"
 #include "server/net/net.h"
 #include "server/net/peers.h"
@@ -25,10 +26,12 @@ struct conn {
     /* WebSocket */
     struct lum_session *session; /* NULL: not a WebSocket */
     struct lum_rx rx;
-    lws_sorted_usec_list_t read_later;
-    bool kept;    /* it said hello: no deadline runs */
-    bool closing; /* close_soon was called */
-    bool sending; /* message is on its way */
+    lws_sorted_usec_list_t read_later, count_later;
+    uint64_t n_read;    /* bytes, when it was counted last */
+    uint64_t n_charged; /* bytes of messages since then, and what belongs to each */
+    bool kept;          /* it said hello: no deadline runs */
+    bool closing;       /* close_soon was called */
+    bool sending;       /* message is on its way */
     struct lum_message message;
     size_t message_sent; /* of head and body together */
 };
@@ -46,6 +49,7 @@ struct lum_net {
     struct lum_net_counters counters;
     struct conn *conns[LUM_LIMIT_CONNECTIONS]; /* by session slot */
     struct lum_peers peers;
+    struct lum_handshakes handshakes; /* of TLS */
     unsigned char tx[LWS_PRE + LUM_NET_TX_BYTES];
 };
 

@@ -85,6 +85,12 @@ const struct lum_peer *lum_peers_in_the_way(const struct lum_peers *peers, const
     return most.oldest;
 }
 
+bool lum_peers_know(const struct lum_peers *peers, const struct in6_addr *network)
+{
+    struct tally t = count(peers, network);
+    return t.n > t.n_guests;
+}
+
 struct lum_peer *lum_peers_add(struct lum_peers *peers, const struct in6_addr *network, void *connection)
 {
     for (size_t i = 0; i < LUM_ARRAY_LEN(peers->peers); i++) {

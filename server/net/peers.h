@@ -16,7 +16,7 @@ struct lum_peer {
     struct in6_addr network; /* IPv4 as ::ffff:a.b.c.d */
     void *connection;        /* NULL: the entry is free */
     uint64_t number;         /* in the order of coming */
-    bool greeted;            /* said hello: is not turned out for another */
+    bool greeted;            /* said hello, or sends files with a ticket: is not turned out for another */
 };
 
 /* Zero is empty. */
@@ -32,6 +32,8 @@ bool lum_peer_network_of(int fd, struct in6_addr *ret_network); /* of who is at 
 bool lum_peers_admit(const struct lum_peers *peers, const struct in6_addr *network);
 /* Who has to go so that it does. NULL: nobody has to, or nobody may. */
 const struct lum_peer *lum_peers_in_the_way(const struct lum_peers *peers, const struct in6_addr *network);
+/* Somebody of this network has said hello, and is there. */
+bool lum_peers_know(const struct lum_peers *peers, const struct in6_addr *network);
 /* Counts it. NULL: there is no place left, and it is not counted. */
 struct lum_peer *lum_peers_add(struct lum_peers *peers, const struct in6_addr *network, void *connection);
 void lum_peers_remove(struct lum_peer *peer); /* accepts NULL */

@@ -86,6 +86,7 @@ static bool push(struct lum_projects *all, const struct lum_project_order *order
     if (!w)
         return lum_proto_fail_memory(err);
     w->all = all;
+    w->number = ++all->n_ordered;
     w->order = *order;
     w->quiet = quiet;
     *all->works_tail = w;
@@ -167,12 +168,16 @@ static bool lies_since(const struct lum_project_item *item, int64_t before_s)
     return item->info.deleted_s && item->info.deleted_s < before_s && !item->going;
 }
 
-/* It goes with the next order to empty the trash. */
+/* It goes with the newest order, which empties the trash. What goes already is left to whom it goes with. */
 static void mark_trash(struct lum_projects *all, int64_t before_s)
 {
-    for (size_t i = 0; i < all->n_items; i++)
-        if (lies_since(&all->items[i], before_s))
-            all->items[i].going = all->items[i].emptied = true;
+    for (size_t i = 0; i < all->n_items; i++) {
+        struct lum_project_item *item = &all->items[i];
+        if (!lies_since(item, before_s))
+            continue;
+        item->going = true;
+        item->emptied_by = all->n_ordered;
+    }
 }
 
 void lum_projects_age_trash(struct lum_projects *all, int64_t now_ns)
@@ -340,8 +345,10 @@ static void settle(struct lum_projects *all, struct lum_project_work *w)
     enum lum_project_verb verb = w->order.verb;
     bool erases = verb == LUM_PROJECT_ERASE || verb == LUM_TRASH_EMPTY;
     struct lum_project_item *item = lum_projects_item(all, w->order.info.id);
-    if (item && (erases || verb == LUM_PROJECT_DELETE || verb == LUM_PROJECT_RESTORE))
-        item->going = item->emptied = false;
+    if (item && (erases || verb == LUM_PROJECT_DELETE || verb == LUM_PROJECT_RESTORE)) {
+        item->going = false;
+        item->emptied_by = 0;
+    }
     if (w->status)
         tell_failure(all, w);
     if (verb >= LUM_VERSION_KEEP) /* of which there is no list */
@@ -389,11 +396,20 @@ static void put_to_done(struct lum_projects *all, struct lum_project_work *w)
     all->done_tail = &w->next;
 }
 
-/* The next that goes with the trash. False: none, and the order is done. */
+/* Another empties the trash since before, and is not done: who wants it empty hears of it when all is gone. */
+static bool waits_for_another(const struct lum_project_work *w)
+{
+    const struct lum_project_work *other = w->order.verb == LUM_TRASH_EMPTY ? w->next : NULL;
+    while (other && (other->order.verb != LUM_TRASH_EMPTY || other->number > w->number))
+        other = other->next;
+    return other != NULL;
+}
+
+/* The next that goes with this order. False: none, and the order is done. */
 static bool next_of_trash(const struct lum_projects *all, struct lum_project_work *w)
 {
     for (size_t i = 0; i < all->n_items; i++) {
-        if (!all->items[i].emptied)
+        if (all->items[i].emptied_by != w->number)
             continue;
         w->order.info = all->items[i].info;
         return true;
@@ -478,6 +494,10 @@ void lum_projects_turn_orders(struct lum_projects *all)
             if (!atomic_load(&w->thread.done))
                 return;
             end_work(all, w);
+            continue;
+        }
+        if (waits_for_another(w)) { /* which is in the line, so this comes to an end */
+            let_others_before(all, w);
             continue;
         }
         if (!bring_up_to_date(all, w)) {

@@ -38,13 +38,14 @@ struct lum_project {
 
 struct lum_project_item {
     struct lum_project_info info;
-    bool going;   /* into the trash, out of it, or for ever: nobody gets in, nothing else is done with it */
-    bool emptied; /* for ever, with what else was in the trash then */
+    bool going;          /* into the trash, out of it, or for ever: nobody gets in, nothing else is done with it */
+    uint64_t emptied_by; /* the work that empties the trash of it; 0: none does */
 };
 
 struct lum_project_work {
     struct lum_project_work *next;
     struct lum_projects *all;
+    uint64_t number; /* from 1, in the order of coming */
     struct lum_project_order order;
     int64_t now_s;
     bool quiet;        /* ours: nobody is answered */
@@ -71,6 +72,7 @@ struct lum_projects {
     uint64_t list_rev;
     struct lum_project_work *works, **works_tail; /* oldest first; the first may run */
     unsigned n_works;
+    uint64_t n_ordered;
     struct lum_project_work *done, **done_tail;
     int64_t trash_look_ns;            /* when it is looked at again */
     struct lum_projects_metrics gone; /* counters of those that were closed */

@@ -16,7 +16,7 @@ static enum lum_status fail(const char *option, const char *path, struct lum_err
 static bool is_open_to_others(const struct stat *st, enum lum_file_readers readers)
 {
     mode_t closed = S_IRWXG | S_IRWXO;
-    if (readers == LUM_FILE_OF_OWNER_OR_ROOTS_GROUP && st->st_uid == 0)
+    if (st->st_uid == 0 && (st->st_gid == 0 || readers == LUM_FILE_OF_OWNER_OR_ROOTS_GROUP))
         closed &= ~(mode_t)S_IRGRP;
     return readers != LUM_FILE_OF_ALL && (st->st_mode & closed);
 }

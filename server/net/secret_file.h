@@ -6,7 +6,9 @@
 
 #include "core/base/base.h"
 
-/* Who may use it, beside its owner; one that others may use is refused. */
+/* Who may use it, beside its owner; one that others may use is refused. A file of root may always be read by the group
+ * of root: that is root; and it is how the copies show that systemd makes for one service (LoadCredential), which alone
+ * has an entry in their access lists. */
 enum lum_file_readers {
     LUM_FILE_OF_OWNER,
     LUM_FILE_OF_OWNER_OR_ROOTS_GROUP, /* a file of root may be read by its group: as Debian keeps keys, for ssl-cert */

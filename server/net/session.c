@@ -275,7 +275,7 @@ static void receive_ack(struct lum_session *s, const struct lum_rpc *rpc, int64_
         lum_session_say(s, lum_rpc_result(rpc->id, cJSON_CreateObject()));
 }
 
-static bool has_scene(const struct lum_session *s, struct lum_proto_error *err)
+bool lum_session_has_scene(const struct lum_session *s, struct lum_proto_error *err)
 {
     return s->project || lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "method",
                                         "this session is in no project: session.hello says in which");
@@ -285,7 +285,7 @@ static void receive_request(struct lum_session *s, struct lum_rpc *rpc, int64_t 
 {
     struct lum_proto_error err;
     struct lum_request *q = lum_request_read(rpc, s->person.role, &err);
-    if (q && !has_scene(s, &err)) {
+    if (q && !lum_session_has_scene(s, &err)) {
         rpc->id = q->rpc_id;
         q->rpc_id = NULL;
         lum_request_destroy(q);
@@ -331,12 +331,22 @@ static size_t reading_cost(const char *bytes, size_t n)
     return n + n_values * LUM_LIMIT_VALUE_COST_BYTES;
 }
 
-int64_t lum_session_charge(struct lum_session *s, const char *bytes, size_t n, bool whole_frame)
+static int64_t charge_bytes(struct lum_session *s, double cost)
 {
-    size_t cost = reading_cost(bytes, n) + (whole_frame ? LUM_LIMIT_FRAME_COST_BYTES : 0);
-    int64_t wait_ns = lum_bucket_charge(&s->bytes, (double)cost, lum_clock_ns());
+    int64_t wait_ns = lum_bucket_charge(&s->bytes, cost, lum_clock_ns());
     s->table->config.counters->rx_waits += wait_ns > 0;
     return wait_ns;
+}
+
+int64_t lum_session_charge(struct lum_session *s, const char *bytes, size_t n, bool whole_frame)
+{
+    return charge_bytes(s, (double)(reading_cost(bytes, n) + (whole_frame ? LUM_LIMIT_FRAME_COST_BYTES : 0)));
+}
+
+int64_t lum_session_charge_rest(struct lum_session *s, uint64_t n_bytes)
+{
+    s->table->config.counters->rx_rest += n_bytes;
+    return charge_bytes(s, (double)n_bytes);
 }
 
 /* Asked before anything is taken from a session, or news are sent to it. */

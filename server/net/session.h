@@ -58,6 +58,8 @@ size_t lum_session_max_bytes(const struct lum_session *s);
 /* Pays for bytes that came, before anybody looks at them; whole_frame: a frame ends with them. Returns for how many
  * nanoseconds nothing more may be read from this client; 0: go on. */
 int64_t lum_session_charge(struct lum_session *s, const char *bytes, size_t n, bool whole_frame);
+/* Likewise for bytes that were of no message. */
+int64_t lum_session_charge_rest(struct lum_session *s, uint64_t n_bytes);
 /* One whole text message. */
 void lum_session_receive(struct lum_session *s, const char *text, size_t n_bytes);
 /* The session must end: with this code, at once or when its text is out. The first call counts. */

@@ -76,6 +76,8 @@ void lum_session_say(struct lum_session *s, char *text);
 void lum_session_refuse(struct lum_session *s, const char *id, const struct lum_proto_error *err);
 
 void lum_session_queue_text(struct lum_session *s, struct lum_text *t);
+/* False: it is in no project; err says so. */
+bool lum_session_has_scene(const struct lum_session *s, struct lum_proto_error *err);
 /* Tells the director; false when that has to be tried again. */
 bool lum_session_post(struct lum_session *s, const struct lum_request_type *type);
 

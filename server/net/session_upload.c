@@ -107,17 +107,20 @@ struct cJSON *lum_session_announce(struct lum_session *s, const struct lum_rpc *
     struct lum_upload_file *files = read_files(rpc, &n, err);
     bool ok = files && check_bytes(s, files, n, &n_bytes, err);
     if (ok && !uploads)
-        ok = lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "", "this server takes no files");
+        ok = s->project ? lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "", "this server takes no files")
+                        : lum_session_has_scene(s, err);
     if (ok)
         ok = lum_uploads_announce(uploads, s->ref, s->user, files, n, put + sizeof LUM_UPLOAD_FOLDER, err);
     if (!ok) {
         free(files);
         return NULL;
     }
-    s->n_announced += n_bytes;
     cJSON *result = cJSON_CreateObject();
-    if (lum_json_add_string(result, "put", put))
+    if (lum_json_add_string(result, "put", put)) {
+        s->n_announced += n_bytes;
         return result;
+    }
+    lum_uploads_drop(uploads, s->ref); /* nobody will know its ticket */
     cJSON_Delete(result);
     lum_proto_fail_memory(err);
     return NULL;

@@ -10,6 +10,7 @@
 #include <openssl/err.h>
 #include <openssl/x509v3.h>
 
+#include "protocol/base/limits.h"
 #include "server/net/tls_pair.h"
 
 #define DAY_S 86400
@@ -19,6 +20,8 @@ struct lum_tls {
     struct lum_tls_config config;
     _Atomic(struct lum_tls_pair *) offered; /* a newer one, which the net thread takes; NULL: none */
     struct lum_tls_pair *pair;              /* net thread: that of new connections */
+    bool (*may_begin)(void *user, int fd);  /* net thread */
+    void *may_begin_user;
 };
 
 /* Of TLS 1.2: with keys that are thrown away, and encryption that is also a checksum. TLS 1.3 has no others. */
@@ -157,8 +160,33 @@ enum lum_status lum_tls_read_again(struct lum_tls *tls, struct lum_error *err)
     return status;
 }
 
-bool lum_tls_setup(struct lum_tls *tls, void *ssl_ctx)
+/* Once for each connection: of who is asked to say hello again (another curve) it was asked before. */
+static int may_begin(SSL *ssl, int *ret_alert, void *user)
 {
+    const struct lum_tls *tls = user;
+    if (tls->may_begin(tls->may_begin_user, SSL_get_fd(ssl)))
+        return SSL_CLIENT_HELLO_SUCCESS;
+    *ret_alert = SSL_AD_INTERNAL_ERROR; /* TLS has no word for "too many" */
+    return SSL_CLIENT_HELLO_ERROR;
+}
+
+/* New keys cost the server some 20 us, and who sends them a few bytes that nobody is charged for. */
+static void count_key_changes(int written, int version, int type, const void *message, size_t n, SSL *ssl, void *user)
+{
+    (void)version, (void)user;
+    if (written || type != SSL3_RT_HANDSHAKE || n == 0 || *(const unsigned char *)message != SSL3_MT_KEY_UPDATE)
+        return;
+    uintptr_t n_changes = (uintptr_t)SSL_get_app_data(ssl) + 1;
+    if (n_changes > LUM_LIMIT_KEY_CHANGES || !SSL_set_app_data(ssl, (void *)n_changes))
+        SSL_set_shutdown(ssl, SSL_RECEIVED_SHUTDOWN); /* nothing more is read, as if it had ended */
+}
+
+bool lum_tls_setup(struct lum_tls *tls, void *ssl_ctx, bool (*may)(void *user, int fd), void *user)
+{
+    tls->may_begin = may;
+    tls->may_begin_user = user;
+    SSL_CTX_set_msg_callback(ssl_ctx, count_key_changes);
+    SSL_CTX_set_client_hello_cb(ssl_ctx, may_begin, tls);
     SSL_CTX_set_cert_cb(ssl_ctx, choose, &tls->pair);
     return set_rules(ssl_ctx) && use(ssl_ctx, tls->pair); /* libwebsockets looks at its age once a day */
 }

@@ -32,8 +32,9 @@ void lum_tls_destroy(struct lum_tls *tls); /* accepts NULL */
 /* Reads both again, for lum_tls_take_offered. Where they are wrong nothing changes. Of one thread. */
 LUM_MUST_USE enum lum_status lum_tls_read_again(struct lum_tls *tls, struct lum_error *err);
 
-/* Net thread. ssl_ctx: SSL_CTX of the listening socket, which asks tls at each handshake. False: it refuses. */
-bool lum_tls_setup(struct lum_tls *tls, void *ssl_ctx);
+/* Net thread. ssl_ctx: SSL_CTX of the listening socket, which asks tls at each handshake. False: it refuses.
+ * may_begin: asked for each handshake before it costs anything; fd: the socket. */
+bool lum_tls_setup(struct lum_tls *tls, void *ssl_ctx, bool (*may_begin)(void *user, int fd), void *user);
 /* Net thread. What was read again is that of new connections from here on. */
 void lum_tls_take_offered(struct lum_tls *tls);
 /* Net thread. Of the Unix epoch: when the certificate's time ends. */

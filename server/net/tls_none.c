@@ -21,9 +21,9 @@ enum lum_status lum_tls_read_again(struct lum_tls *tls, struct lum_error *err)
     return LUM_OK;
 }
 
-bool lum_tls_setup(struct lum_tls *tls, void *ssl_ctx)
+bool lum_tls_setup(struct lum_tls *tls, void *ssl_ctx, bool (*may_begin)(void *user, int fd), void *user)
 {
-    (void)tls, (void)ssl_ctx;
+    (void)tls, (void)ssl_ctx, (void)may_begin, (void)user;
     return false;
 }
 

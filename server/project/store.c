@@ -160,7 +160,8 @@ static enum lum_status read_meta(const struct lum_dir *dir, struct lum_project_i
     cJSON *json = got > 0 ? lum_json_parse(text, (size_t)got, &why) : NULL;
     bool ok = cJSON_IsObject(json) && read_members(json, info);
     cJSON_Delete(json);
-    return ok ? LUM_OK : lum_fail(err, LUM_ERR_INVALID, "project", "its file \"%s\" is damaged", META);
+    return ok ? LUM_OK
+              : lum_fail(err, LUM_ERR_INVALID, "project", "its file \"%s\" is damaged, or memory is short", META);
 }
 
 /* ---- the time of the last edit ---- */

@@ -7,7 +7,7 @@ import time
 import unittest
 
 from daemon import Daemon
-from wsclient import BROKEN, HandshakeFailed, RpcError, TEXT, Closed, frame, read_to_end
+from wsclient import BROKEN, PING, TEXT, Closed, HandshakeFailed, RpcError, frame, read_to_end
 
 PER_ADDRESS = 64   # LUM_LIMIT_CONNECTIONS_PER_IP
 SESSIONS = 64      # LUM_LIMIT_SESSIONS
@@ -128,20 +128,34 @@ class Abuse(unittest.TestCase):
         for ws in sessions:
             ws.close()
 
+    def dribble(self, sock, data):
+        """By TLS the first byte comes with a handshake, of which an address may begin so many at once."""
+        try:
+            sock.sendall(data)
+        except BROKEN:
+            self.assertIsNotNone(self.daemon.trust)
+
+    def come(self, source):
+        while True:
+            try:
+                return self.daemon.connect(hello=False, source=source)
+            except HandshakeFailed:  # by TLS it waits for what its address begins in a second
+                self.assertIsNotNone(self.daemon.trust)
+
     def test_half_open_connections_shut_nobody_out(self):
         """More than there are places for, of one address and of many, dribbling or not: who comes is served."""
         starts = (b"", b"G", b"GET / HTTP/1.1\r\nHost: localhost\r\nX-Slow: ", b"GET / HTTP/1.1\r\nUpgrade: websocket\r\n")
         socks = []
-        for sources in (["127.0.0.1"], [f"127.0.0.{2 + i}" for i in range(7)]):
+        for sources in (["127.0.0.9"], [f"127.0.0.{2 + i}" for i in range(7)]):
             for i in range(CONNECTIONS + PER_ADDRESS):
                 sock = self.daemon.tcp(source=sources[i % len(sources)])
-                sock.sendall(starts[i % len(starts)])
+                self.dribble(sock, starts[i % len(starts)])
                 socks.append(sock)
             for source in (sources[0], "127.0.0.99"):
-                ws = self.daemon.connect(hello=False, source=source)
+                ws = self.come(source)
                 ws.hello(self.daemon.token)
                 for sock in socks[-20:]:  # half of a header more, and more of them
-                    sock.sendall(b"a")
+                    self.dribble(sock, b"a")
                     socks.append(self.daemon.tcp(source=sources[-1]))
                 ws.call("scene.get")
                 ws.close()
@@ -221,6 +235,18 @@ class Abuse(unittest.TestCase):
         self.assertGreaterEqual(time.monotonic() - start, pace)
         if unhurried < 0.5 * pace:  # a slow machine sends no faster than the pace
             self.assertGreater(self.daemon.metric("ws_rx_waits_total"), 0)
+
+    def test_a_flood_of_pings_is_paid_for(self):
+        """What is no message costs time, too: it is counted, beyond what is free, and others are served."""
+        flooder = self.daemon.connect(pong=False)
+        flood, sent = frame(PING, b"a" * 125) * 300, 0
+        while self.daemon.metric("ws_rx_rest_bytes_total") == 0:
+            flooder.send_raw(flood)
+            flooder.sip(1 << 16)  # a pong or more
+            sent += len(flood)
+            self.assertLess(sent, 1 << 28, "it was never counted")
+            self.good.call("stats.get")
+        flooder.close()
 
     def assert_unsupported(self, ws, rpc_id):
         with self.assertRaises(RpcError) as caught:

@@ -8,9 +8,10 @@ import signal
 import subprocess
 import tempfile
 import threading
+import time
 
 from authority import Authority
-from wsclient import WAIT_S, WebSocket, connect_tcp
+from wsclient import BROKEN, WAIT_S, WebSocket, connect_tcp
 
 LUMEND = os.environ.get("LUMEND", "lumend")
 SKY = os.path.join(os.path.dirname(os.path.abspath(__file__)), "sky.jsonl")  # for --scene, where pictures only have to come
@@ -111,7 +112,16 @@ class Daemon:
         return http.client.HTTPConnection("127.0.0.1", self.port, timeout=WAIT_S)
 
     def get(self, path, headers=None, method="GET"):
-        """(status, headers, body)"""
+        """(status, headers, body). By TLS one who asks in a loop may have to wait: handshakes of an address are limited."""
+        end = time.monotonic() + WAIT_S
+        while True:
+            try:
+                return self._get(path, headers, method)
+            except BROKEN:
+                if not self.trust or time.monotonic() > end:
+                    raise
+
+    def _get(self, path, headers, method):
         connection = self.http()
         connection.request(method, path, headers=headers or {})
         response = connection.getresponse()

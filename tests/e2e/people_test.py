@@ -245,7 +245,7 @@ class Command(unittest.TestCase):
         again = self.token("ann", "--tokens", self.path)
         self.assertEqual((again.returncode, again.stdout), (1, ""))
         self.assertIn("ann has a line", again.stderr)
-        os.chmod(self.path, 0o640)
+        os.chmod(self.path, 0o660)
         self.assertIn("chmod 600", self.token("bob", "--tokens", self.path).stderr)
 
     def test_the_daemon_names_the_line_that_is_wrong(self):

@@ -271,5 +271,107 @@ class Requests(unittest.TestCase):
         self.fails("scene.apply", {"base_rev": rev, "ops": ops}, -32000, "rev_conflict")
 
 
+ROLES = {"vera": "view", "mia": "measure", "ed": "edit", "ann": "admin"}
+OF_NO_SCENE = ("session.", "project.", "version.", "trash.")
+READ_ONLY = ("project.list", "version.list")
+
+
+class OfProjects(unittest.TestCase):
+    """Where there are many scenes: roles are of the server, and a session may be in no project."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = cls.enterClassContext(tempfile.TemporaryDirectory())
+        people = os.path.join(folder, "people")
+        write_people(people, {name: (role, cls.token(name)) for name, role in ROLES.items()})
+        cls.daemon = cls.enterClassContext(Daemon("--tokens", people, "--projects", os.path.join(folder, "projects"), scene=None))
+        cls.daemon.token = cls.token("ann")
+
+    @staticmethod
+    def token(name):
+        return f"token-of-{name}-0123456789"
+
+    def come(self, name, **more):
+        ws = self.daemon.connect(hello=False)
+        ws.hello(self.token(name), **more)
+        return ws
+
+    def answer(self, ws, method, params):
+        """What app code it is refused with; None: it is not."""
+        while True:
+            try:
+                ws.call(method, params)
+                return None
+            except RpcError as error:
+                self.assertIn(error.code, (-32602, -32000), f"{method} {str(params)[:80]}: {error}")
+                if error.app != "limit_exceeded" or "messages a second" not in str(error):
+                    return error.app
+
+    def make(self, ws, trash=False):
+        project = ws.call("project.create", {"name": "Foyer", "scene": "furnace"})["project"]
+        version = ws.call("version.keep", {"project": project, "name": "evening"})["version"]
+        if trash:
+            ws.call("project.delete", {"project": project})
+        return {"project": project, "version": version}
+
+    def params(self, method, made):
+        """Those that are right, of what is there."""
+        return {k: made.get(k, v) for k, v in FORMS[method].items()}
+
+    def test_of_no_project(self):
+        for name, role in ROLES.items():
+            ws = self.come(name)
+            for method, params in FORMS.items():
+                if not method.startswith(OF_NO_SCENE):
+                    self.assertIn(self.answer(ws, method, params), ("unsupported", "forbidden"), f"{role} {method}")
+            ws.close()
+        ws = self.come("ann")
+        for method in FORMS:
+            if not method.startswith(OF_NO_SCENE):
+                with self.assertRaisesRegex(RpcError, "in no project", msg=method):
+                    ws.call(method, FORMS[method])
+        ws.close()
+
+    def test_roles(self):
+        """Whoever may look may list; whoever may edit may do all else, in a project or in none, and others change nothing."""
+        ann = self.come("ann")
+        for name, role in ROLES.items():
+            here, gone = self.make(ann), self.make(ann, trash=True)
+            may = role in ("edit", "admin")
+            for ws in (self.come(name), self.come(name, project=here["project"])):
+                before = (ann.call("project.list"), ann.call("version.list", {"project": here["project"]}))
+                for method in ("project.list", "version.list", "project.rename", "project.create", "version.keep", "project.restore",
+                               "project.erase", "version.remove", "project.delete", "trash.empty"):
+                    made = gone if method in ("project.restore", "project.erase") else here
+                    app = self.answer(ws, method, self.params(method, made))
+                    if method in READ_ONLY:
+                        self.assertIsNone(app, f"{role} {method}")
+                    elif not may:
+                        self.assertEqual(app, "forbidden", f"{role} {method}")
+                    else:  # a restored one is not there to be erased; one that somebody is in not to be deleted
+                        self.assertIn(app, (None, "not_found", "in_use"), f"{role} {method}")
+                    if may and method == "project.restore":
+                        ann.call("project.delete", {"project": gone["project"]})
+                if may:
+                    break  # most of it is gone
+                after = (ann.call("project.list"), ann.call("version.list", {"project": here["project"]}))
+                self.assertEqual([p["name"] for p in after[0]["projects"]], [p["name"] for p in before[0]["projects"]])
+                self.assertEqual((after[0]["trash"], after[1]), (before[0]["trash"], before[1]))
+                ws.close()
+        ann.close()
+
+    def test_junk_in_every_field(self):
+        ws = self.come("ed")
+        for method in FORMS:
+            if not method.startswith(("project.", "version.")):
+                continue
+            made = self.make(ws, trash=method in ("project.restore", "project.erase"))
+            for name in FORMS[method]:
+                for junk in JUNK:
+                    self.answer(ws, method, {**self.params(method, made), name: junk})
+        ws.call("trash.empty")
+        ws.close()
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -2,6 +2,8 @@
 
 Other tests run by TLS, too, where LUMEND_TEST_TLS is set (e2e.abuse_tls and others of CMakeLists.txt).
 """
+import ctypes
+import ctypes.util
 import http.client
 import os
 import shutil
@@ -25,6 +27,8 @@ sys.path.insert(0, PYTHON)
 import lumend
 
 NAME = "lights.example"
+BURST, PER_S = 128, 16  # LUM_LIMIT_HANDSHAKES_IP_BURST, LUM_LIMIT_HANDSHAKES_IP_PER_S
+KEY_CHANGES = 1024     # LUM_LIMIT_KEY_CHANGES
 REPLAY = os.environ.get("LUMEND_REPLAY")
 
 
@@ -38,6 +42,43 @@ def serve(*options, environment=None):
 def read(path):
     with open(path, "rb") as file:
         return file.read()
+
+
+class KeyChanger:
+    """A client of TLS 1.3 that says nothing but new keys (RFC 8446, 4.6.3), which Python's ssl cannot."""
+
+    def __init__(self, sock):
+        name = ctypes.util.find_library("ssl")
+        self.lib = name and ctypes.CDLL(name)
+        if not self.lib:
+            raise unittest.SkipTest("no libssl to be called")
+        for function in ("TLS_client_method", "SSL_CTX_new", "SSL_new"):
+            getattr(self.lib, function).restype = ctypes.c_void_p
+        self.context = ctypes.c_void_p(self.lib.SSL_CTX_new(ctypes.c_void_p(self.lib.TLS_client_method())))
+        self.ssl = ctypes.c_void_p(self.lib.SSL_new(self.context))
+        sock.settimeout(None)  # the library waits in its own way
+        assert self.lib.SSL_set_fd(self.ssl, sock.fileno()) == 1
+        assert self.lib.SSL_connect(self.ssl) == 1
+
+    def change(self, answered):
+        """answered: the server has to do so, too. False: it has hung up."""
+        ok = self.lib.SSL_key_update(self.ssl, int(answered)) == 1 and self.lib.SSL_do_handshake(self.ssl) == 1
+        self.lib.ERR_clear_error()  # Python's own connections would find it
+        return ok
+
+    def is_served(self):
+        request, answer = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n", b""
+        n = self.lib.SSL_write(self.ssl, request, len(request))
+        while n > 0 and not answer.endswith(b"\r\n\r\nok\n"):
+            part = ctypes.create_string_buffer(4096)
+            n = self.lib.SSL_read(self.ssl, part, len(part))
+            answer += part.raw[:max(n, 0)]
+        self.lib.ERR_clear_error()
+        return n > 0
+
+    def close(self):
+        self.lib.SSL_free(self.ssl)
+        self.lib.SSL_CTX_free(self.context)
 
 
 class WithAuthority(unittest.TestCase):
@@ -201,6 +242,38 @@ class Spoken(WithAuthority):
         self.assertGreater(self.daemon.metric("connections_turned_out_total"), 64)
         for sock in many:
             sock.close()
+
+    def test_a_flood_of_handshakes(self):
+        """Of one address: it gets its share of the server's time, others are served in between."""
+        good, begin, tried, done = self.daemon.connect(), time.monotonic(), 0, 0
+        while tried < 2 * BURST or done < BURST:
+            with connect_tcp(self.daemon.port, source="127.0.0.2") as sock:
+                tried += 1
+                try:
+                    self.trust.wrap_socket(sock, server_hostname="127.0.0.1").close()
+                    done += 1
+                except (ssl.SSLError, ConnectionError):
+                    pass
+            if tried % 32 == 0:
+                good.call("stats.get")
+                self.assertEqual(self.daemon.get("/healthz")[0], 200)
+        self.assertLessEqual(done, BURST + PER_S * (time.monotonic() - begin))
+        self.assertGreaterEqual(self.daemon.metric("tls_handshakes_refused_total"), tried - done)
+        self.daemon.assert_well()
+
+    def test_a_flood_of_new_keys(self):
+        """So many are enough for any connection: who sends more is cut off, and nobody waits for that."""
+        good = self.daemon.connect()
+        for answered in (False, True):
+            with connect_tcp(self.daemon.port, source="127.0.0.2") as sock:
+                changer, n = KeyChanger(sock), 0
+                while n <= 2 * KEY_CHANGES and changer.is_served():
+                    for _ in range(64):
+                        n += changer.change(answered)
+                    good.call("stats.get")
+                changer.close()
+            self.assertEqual(n // KEY_CHANGES, 1)
+        self.daemon.assert_well()
 
     def test_a_dribbled_handshake_is_cut_off(self):
         hello = self.client_hello()
@@ -386,7 +459,7 @@ class Renewed(WithAuthority):
         before = daemon.read_log().count(said)
         daemon.process.send_signal(signal.SIGHUP)
         while daemon.read_log().count(said) == before:
-            daemon.get("/healthz")
+            self.assertIsNone(daemon.process.poll())
 
     def test_a_renewed_certificate_is_for_new_connections(self):
         daemon = self.serve(self.served)

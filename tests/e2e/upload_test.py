@@ -10,6 +10,7 @@ from daemon import Daemon, write_people
 from wsclient import RpcError
 
 MIB = 1 << 20
+PER_ADDRESS = 64  # LUM_LIMIT_CONNECTIONS_PER_IP
 OBJ = b"mtllib m/red.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n"
 MTL = b"newmtl red\nKd 0.8 0.1 0.1\n"
 GLTF = json.dumps({
@@ -261,6 +262,20 @@ class Uploads(unittest.TestCase):
         for path, body in ((first, b"123"), *((p, bytes([i])) for i, p in enumerate(paths))):
             self.assertEqual(put(self.daemon, path, body)[0], 200)
         self.assertEqual(len(self.kept()), 4)
+
+    def test_who_sends_makes_no_room_for_guests(self):
+        """However many connect from the same address: behind a proxy, or in an office, that is everybody."""
+        ws, body = self.serve(), bytes(100000)
+        line = self.begin(announce(ws, [("a", body)]), len(body), body[:1000])
+        while not self.kept():  # it has begun
+            ws.call("scene.get")
+        guests = [self.daemon.tcp() for _ in range(PER_ADDRESS + 10)]
+        while self.daemon.metric("connections_turned_out_total") < 10:
+            pass
+        line.sendall(body[1000:])
+        self.assertIn(b" 200 ", line.recv(1000)[:20])
+        for sock in (line, *guests):
+            sock.close()
 
     def test_cut_off_in_the_middle(self):
         """By its own connection, or because its session ended: nothing is kept, and the place is free again."""

@@ -1,4 +1,4 @@
-/* Who may connect, and how often: networks of addresses, and buckets that fill. */
+/* Who may connect, and how often: networks of addresses, buckets that fill, handshakes of TLS. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,6 +12,7 @@
 
 #include "protocol/base/limits.h"
 #include "server/net/bucket.h"
+#include "server/net/handshakes.h"
 #include "server/net/peers.h"
 
 static struct in6_addr network_of(const char *text)
@@ -105,6 +106,75 @@ static void buckets_fill_at_their_pace(void **state)
     assert_int_equal(lum_bucket_charge(&b, 0.0, 101 * s), 0);
 }
 
+static struct in6_addr nth_network(unsigned i)
+{
+    char text[INET6_ADDRSTRLEN];
+    snprintf(text, sizeof text, "2001:db8:%x:%x::1", i >> 16, i & 0xffffu);
+    return network_of(text);
+}
+
+/* How many it may begin now, one after the other. */
+static unsigned begin_all(struct lum_handshakes *h, const struct in6_addr *network, bool known, int64_t now_ns)
+{
+    unsigned n = 0;
+    while (lum_handshakes_may(h, network, known, now_ns)) {
+        assert_true(lum_handshakes_take(h, network, known, now_ns));
+        n++;
+    }
+    assert_false(lum_handshakes_take(h, network, known, now_ns));
+    return n;
+}
+
+static void handshakes_of_a_network_are_limited(void **state)
+{
+    (void)state;
+    static struct lum_handshakes h;
+    const int64_t s = 1000000000;
+    struct in6_addr flooder = nth_network(1), other = nth_network(2);
+    lum_handshakes_init(&h, 5 * s);
+    assert_int_equal(begin_all(&h, &flooder, false, 5 * s), LUM_LIMIT_HANDSHAKES_IP_BURST);
+    assert_true(lum_handshakes_take(&h, &other, false, 5 * s)); /* it keeps nobody else out */
+    assert_int_equal(begin_all(&h, &flooder, false, 6 * s), LUM_LIMIT_HANDSHAKES_IP_PER_S);
+    assert_int_equal(begin_all(&h, &flooder, true, 6 * s), 0); /* whoever it is */
+    assert_int_equal(begin_all(&h, &flooder, false, 1000 * s), LUM_LIMIT_HANDSHAKES_IP_BURST);
+}
+
+/* Strangers from everywhere, each once, more than are remembered: their share, and who has somebody in gets the rest.
+ */
+static void handshakes_of_all_are_limited(void **state)
+{
+    (void)state;
+    static struct lum_handshakes h;
+    const int64_t s = 1000000000;
+    struct in6_addr known = nth_network(0);
+    unsigned n = 0;
+    lum_handshakes_init(&h, 5 * s);
+    for (unsigned i = 1; i <= 2 * LUM_LIMIT_HANDSHAKE_NETWORKS; i++) {
+        struct in6_addr network = nth_network(i);
+        bool may = lum_handshakes_may(&h, &network, false, 5 * s);
+        assert_int_equal(lum_handshakes_take(&h, &network, false, 5 * s), may);
+        n += may;
+    }
+    assert_int_equal(n, LUM_LIMIT_HANDSHAKES_BURST - LUM_HANDSHAKES_KEPT);
+    assert_int_equal(begin_all(&h, &known, true, 5 * s), LUM_HANDSHAKES_KEPT);
+}
+
+/* There are places for so many; who has begun most is forgotten last. */
+static void who_begins_most_is_remembered(void **state)
+{
+    (void)state;
+    static struct lum_handshakes h;
+    const int64_t s = 1000000000;
+    struct in6_addr flooder = nth_network(0);
+    lum_handshakes_init(&h, 5 * s);
+    begin_all(&h, &flooder, false, 5 * s);
+    for (unsigned i = 1; i <= 2 * LUM_LIMIT_HANDSHAKE_NETWORKS; i++) {
+        struct in6_addr network = nth_network(i);
+        (void)lum_handshakes_take(&h, &network, false, 5 * s);
+    }
+    assert_int_equal(begin_all(&h, &flooder, true, 5 * s), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -112,6 +182,9 @@ int main(void)
         cmocka_unit_test(a_network_is_limited_whatever_its_addresses),
         cmocka_unit_test(the_network_with_most_guests_makes_room),
         cmocka_unit_test(buckets_fill_at_their_pace),
+        cmocka_unit_test(handshakes_of_a_network_are_limited),
+        cmocka_unit_test(handshakes_of_all_are_limited),
+        cmocka_unit_test(who_begins_most_is_remembered),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -355,6 +355,16 @@ static size_t bytes_before_wait(struct fixture *f, const char *bytes, size_t n, 
     return sum;
 }
 
+static void test_what_is_no_message_is_paid_for_as_messages_are(void **state)
+{
+    struct fixture *f = *state;
+    assert_int_equal(lum_session_charge_rest(f->s, LUM_LIMIT_RX_BURST_BYTES / 2), 0);
+    assert_true(lum_session_charge_rest(f->s, LUM_LIMIT_RX_BURST_BYTES) > 0);
+    assert_true(lum_session_charge(f->s, "x", 1, true) > 0); /* one purse */
+    assert_int_equal(f->counters.rx_rest, LUM_LIMIT_RX_BURST_BYTES / 2 + LUM_LIMIT_RX_BURST_BYTES);
+    assert_int_equal(f->counters.rx_waits, 2);
+}
+
 static void test_bytes_are_paid_for_before_they_are_read(void **state)
 {
     struct fixture *f = *state;
@@ -528,6 +538,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_closed_views_are_forgotten, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_the_queue_of_one_who_does_not_read_is_bounded, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_wrong_tokens_are_logged_and_do_not_flood, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_what_is_no_message_is_paid_for_as_messages_are, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_bytes_are_paid_for_before_they_are_read, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_drain, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_a_token_ends_while_its_session_goes_on, set_up, tear_down),

@@ -275,6 +275,72 @@ static void the_trash_is_emptied_between_what_others_want(void **state)
     assert_int_equal(done.n_erased, 0);
 }
 
+static struct lum_project_order next_of(struct fixture *f, enum lum_project_verb verb)
+{
+    struct lum_project_order done;
+    assert_int_equal(next_done(f, &done), LUM_OK);
+    assert_int_equal(done.verb, verb);
+    return done;
+}
+
+/* Each takes what nobody takes yet, tells how many these were, and does so when nothing of all is there any more. */
+static void two_who_empty_the_trash_take_nothing_of_each_other(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_proto_error err;
+    lum_project_id late;
+    for (int i = 0; i < 3; i++)
+        make(f, true, late);
+    make(f, false, late);
+    assert_true(order(f, LUM_TRASH_EMPTY, "", &err));
+    assert_true(order(f, LUM_PROJECT_DELETE, late, &err));
+    next_of(f, LUM_PROJECT_DELETE); /* behind one of the trash, before the next */
+    assert_true(order(f, LUM_TRASH_EMPTY, "", &err));
+    assert_true(order(f, LUM_TRASH_EMPTY, "", &err));
+    static const uint32_t expected[] = {3, 1, 0};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(expected); i++)
+        assert_int_equal(next_of(f, LUM_TRASH_EMPTY).n_erased, expected[i]);
+    assert_int_equal(folders(f), 0);
+    assert_int_equal(lum_projects_count(f->all), 0);
+}
+
+static void what_is_erased_by_hand_is_not_counted_when_the_trash_is_emptied(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_proto_error err;
+    lum_project_id ids[3];
+    for (size_t i = 0; i < LUM_ARRAY_LEN(ids); i++)
+        make(f, true, ids[i]);
+    assert_true(order(f, LUM_PROJECT_ERASE, ids[1], &err));
+    assert_true(order(f, LUM_TRASH_EMPTY, "", &err));
+    assert_false(order(f, LUM_PROJECT_ERASE, ids[0], &err));
+    assert_string_equal(err.app, "not_found");
+    assert_string_equal(next_of(f, LUM_PROJECT_ERASE).info.id, ids[1]);
+    assert_int_equal(next_of(f, LUM_TRASH_EMPTY).n_erased, 2);
+    assert_int_equal(folders(f), 0);
+}
+
+/* The disk keeps one that the first wanted to remove: the second is not told that it failed, and the third takes it. */
+static void what_another_failed_to_remove_is_taken_by_the_next(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_proto_error err;
+    struct lum_project_order done;
+    lum_project_id ids[2];
+    for (size_t i = 0; i < LUM_ARRAY_LEN(ids); i++)
+        make(f, true, ids[i]);
+    n_calls = 0;
+    failing_call = 1;
+    assert_true(order(f, LUM_TRASH_EMPTY, "", &err));
+    assert_true(order(f, LUM_TRASH_EMPTY, "", &err));
+    assert_int_equal(next_done(f, &done), LUM_ERR_IO);
+    assert_int_equal(done.n_erased, 1);
+    assert_int_equal(next_of(f, LUM_TRASH_EMPTY).n_erased, 0);
+    assert_true(order(f, LUM_TRASH_EMPTY, "", &err));
+    assert_int_equal(next_of(f, LUM_TRASH_EMPTY).n_erased, 1);
+    assert_int_equal(folders(f), 0);
+}
+
 static void one_that_cannot_be_removed_keeps_no_other(void **state)
 {
     struct fixture *f = *state;
@@ -385,6 +451,10 @@ int main(void)
         cmocka_unit_test_setup_teardown(only_what_is_in_the_trash_goes, set_up, tear_down),
         cmocka_unit_test_setup_teardown(what_comes_back_is_not_emptied, set_up, tear_down),
         cmocka_unit_test_setup_teardown(the_trash_is_emptied_between_what_others_want, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(two_who_empty_the_trash_take_nothing_of_each_other, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(what_is_erased_by_hand_is_not_counted_when_the_trash_is_emptied, set_up,
+                                        tear_down),
+        cmocka_unit_test_setup_teardown(what_another_failed_to_remove_is_taken_by_the_next, set_up, tear_down),
         cmocka_unit_test_setup_teardown(one_that_cannot_be_removed_keeps_no_other, set_up, tear_down),
         cmocka_unit_test_setup_teardown(what_is_too_old_goes_while_the_daemon_runs, set_up, tear_down),
         cmocka_unit_test_setup_teardown(what_failed_is_in_the_list_as_on_disk, set_up, tear_down),

@@ -1,5 +1,5 @@
 /* Every call of an upload that changes the disk failed in turn: what has an id is whole, nothing else stays, and the
- * next upload works. */
+ * next upload works. And two that send the same at once. */
 #define _GNU_SOURCE
 #include <dirent.h>
 #include <errno.h>
@@ -120,8 +120,48 @@ static void each_call_fails_in_turn(void **state)
     assert_true(n >= 10);
 }
 
+/* ---- the same, twice at once ---- */
+
+static struct lum_upload_store *raced;
+
+/* Before the first has its name the second gets it. */
+static int second_is_faster(void *user, int dir_fd, const char *from, const char *to)
+{
+    struct lum_upload_store *store = raced;
+    lum_upload_id id;
+    bool known = true;
+    raced = NULL;
+    if (store) {
+        assert_int_equal(upload(store, id, &known), LUM_OK);
+        assert_false(known);
+        assert_string_equal(id, to);
+    }
+    return lum_disk_real.rename(user, dir_fd, from, to);
+}
+
+static void the_same_at_once_is_known_to_one(void **state)
+{
+    (void)state;
+    struct lum_upload_root root;
+    struct lum_upload_store store;
+    struct lum_error err;
+    lum_upload_id id;
+    bool known = false;
+    struct lum_disk disk = lum_disk_real;
+    disk.rename = second_is_faster;
+    assert_int_equal(lum_upload_root_make(&root, &err), LUM_OK);
+    assert_int_equal(lum_upload_store_open(root.path, &disk, &store, &err), LUM_OK);
+    raced = &store;
+    assert_int_equal(upload(&store, id, &known), LUM_OK);
+    assert_true(known);
+    assert_int_equal(n_names(root.path), 1);
+    lum_upload_store_close(&store);
+    lum_upload_root_remove(&root);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(each_call_fails_in_turn)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(each_call_fails_in_turn),
+                                       cmocka_unit_test(the_same_at_once_is_known_to_one)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
