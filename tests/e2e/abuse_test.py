@@ -6,7 +6,7 @@ import struct
 import time
 import unittest
 
-from daemon import TLS, Daemon
+from daemon import Daemon
 from wsclient import BROKEN, HandshakeFailed, RpcError, TEXT, Closed, frame, read_to_end
 
 PER_ADDRESS = 64   # LUM_LIMIT_CONNECTIONS_PER_IP
@@ -33,8 +33,6 @@ class Abuse(unittest.TestCase):
     def tearDown(self):
         self.good.call("scene.get")
         self.daemon.assert_well()
-        if TLS:  # who does not answer the end of TLS is waited for, ten seconds in all
-            self.good.close()
 
     def test_half_open_and_dribbling_headers_are_cut_off(self):
         """All at once, because each takes the 10 s after which the server hangs up; 25 s where pings go unanswered."""
