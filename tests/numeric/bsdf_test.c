@@ -368,7 +368,7 @@ static void nothing_is_ever_not_finite(void **state)
     static const float iors[] = {1.0f, 1.0000001f, 1.0001f, 1.00025f, 4.0f, 0.0f, NAN, 100.0f};
     struct rng r = {6};
     uint64_t bad = 0;
-    for (int i = 0; i < 1000000; i++) {
+    for (int i = 0; i < TEST_EFFORT(1000000); i++) {
         size_t n = LUM_ARRAY_LEN(unit_values);
         struct lum_material m = plain(pick_hostile(&r, unit_values, n));
         m.metallic = pick_hostile(&r, unit_values, n);
