@@ -1,4 +1,4 @@
-# cmake -DOUT=file.c -DWEB=bool -DNPM=npm -DWEB_DIR=clients/web -P embed_web.cmake: see web.cmake
+# cmake -DOUT=file -DWEB=bool -DNPM=npm -DWEB_DIR=clients/web -P embed_web.cmake: see web.cmake
 set(KEYS index.html)
 set(FILES ${CMAKE_CURRENT_LIST_DIR}/no_client.html)
 if(WEB)

@@ -1,4 +1,4 @@
-# The browser client, compiled into the daemon as embedded_web.c: built by npm from clients/web, or, without npm or with
+# The browser client, compiled into the daemon as embedded_web.c and .s: built by npm from clients/web, or, without npm or with
 # LUMEND_WEB=OFF, one page that says how to build it.
 find_program(NPM npm)
 set(web_dir ${PROJECT_SOURCE_DIR}/clients/web)
@@ -15,8 +15,8 @@ if(LUMEND_WEB)
 else()
     set(web_sources ${CMAKE_CURRENT_SOURCE_DIR}/no_client.html)
 endif()
-add_custom_command(OUTPUT embedded_web.c
-    COMMAND ${CMAKE_COMMAND} -DOUT=embedded_web.c -DWEB=${LUMEND_WEB} -DNPM=${NPM} -DWEB_DIR=${web_dir}
+add_custom_command(OUTPUT embedded_web.c embedded_web.s
+    COMMAND ${CMAKE_COMMAND} -DOUT=embedded_web -DWEB=${LUMEND_WEB} -DNPM=${NPM} -DWEB_DIR=${web_dir}
             -P ${CMAKE_CURRENT_SOURCE_DIR}/embed_web.cmake
     DEPENDS ${web_sources} embed.cmake embed_web.cmake
     VERBATIM)

@@ -14,7 +14,7 @@
 #define TIME_MS 1000.0
 #define TIME_WITHIN 0.1
 
-enum { MAX_SEEDS = 30, QUICK_SEEDS = 2, QUICK_SPP = 400 };
+enum { MAX_SEEDS = 30, QUICK_SEEDS = 2, QUICK_SPP = 100 };
 
 enum promise { ERROR_20, ERROR_10, ERROR_5, ERROR_2, TIME_1, PROMISES };
 static const struct {

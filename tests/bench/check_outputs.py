@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""What the studies left in a folder can be read: check_outputs.py DIR STUDY...
+"""What a study leaves in a folder can be read: check_outputs.py DIR STUDY BENCH runs lumend-bench, which is BENCH, and looks at it.
 
 SVG is well-formed XML whose coordinates are numbers inside the picture; JSON and CSV hold the same rows."""
 import csv
 import json
 import pathlib
 import re
+import subprocess
 import sys
 import xml.etree.ElementTree as ET
 
@@ -13,8 +14,7 @@ FILES = {
     "rays": {"rays"},
     "stream": {"stream"},
     "stride": {"stride", "stride-primary", "stride-both", "stride-secondary", "stride-speedup"},
-    "accuracy": {"accuracy", "accuracy-break-even", "accuracy-cornell", "accuracy-cornell-chart",
-                 "accuracy-desk", "accuracy-desk-chart"},
+    "accuracy": {"accuracy", "accuracy-break-even", "accuracy-desk", "accuracy-desk-chart"},
     "errors": {"errors"},
     "budgets": {"budgets"},
     "effects": {"effects", "effects-bars", "effects-left-out", "effects-subsets"},
@@ -79,17 +79,17 @@ def check_truth(folder):
 
 
 def main():
-    folder = pathlib.Path(sys.argv[1])
-    for study in sys.argv[2:]:
-        for name in sorted(FILES[study]):
-            base = folder / name
-            if base.with_suffix(".svg").exists():
-                check_svg(base.with_suffix(".svg"))
-            else:
-                check_table(base)
-            print("ok", name)
-        if study == "truth":
-            check_truth(folder)
+    folder, study, bench = pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3]
+    subprocess.run([bench, study, "--quick", "--out", folder], check=True)
+    for name in sorted(FILES[study]):
+        base = folder / name
+        if base.with_suffix(".svg").exists():
+            check_svg(base.with_suffix(".svg"))
+        else:
+            check_table(base)
+        print("ok", name)
+    if study == "truth":
+        check_truth(folder)
 
 
 if __name__ == "__main__":

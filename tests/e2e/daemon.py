@@ -9,6 +9,7 @@ import subprocess
 import tempfile
 import threading
 import time
+import weakref
 
 from authority import Authority
 from wsclient import BROKEN, WAIT_S, WebSocket, connect_tcp
@@ -48,6 +49,7 @@ class Daemon:
         command = [*wrapper, LUMEND, "serve", "--listen", listen, "--threads", str(threads),
                    *(["--scene", scene] if scene else []), *(TLS.options if TLS else ()), *options]
         self.trust = trust
+        self.sessions = weakref.WeakSet()
         self.log = tempfile.TemporaryFile()
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.log,
                                         env={**os.environ, **(environment or {})})
@@ -74,6 +76,9 @@ class Daemon:
         return self
 
     def __exit__(self, kind, value, traceback):
+        if self.trust:  # who does not answer the end of TLS would be waited for, ten seconds in all
+            for session in self.sessions:
+                session.close()
         status = self.stop()
         log = self.read_log()
         self.log.close()
@@ -98,6 +103,7 @@ class Daemon:
 
     def connect(self, hello=True, **options):
         ws = WebSocket(self.port, trust=self.trust, **options)
+        self.sessions.add(ws)
         if hello:
             ws.hello(self.token)
         return ws

@@ -2,6 +2,7 @@
 #include "core/effect/direct/layers.h"
 #include "core/light/irradiance.h"
 #include "tests/numeric/live_shadows.h"
+#include "tests/support/effort.h"
 
 #include <math.h>
 
@@ -250,16 +251,18 @@ static void whitted_pass(struct rig *r, uint32_t seed, uint32_t samples)
     r->settings = keep;
 }
 
-/* The mean of 32 pictures of `whitted` with 16 samples each. */
+/* The mean of PICTURES of `whitted` with 16 samples each. */
+enum { PICTURES = TEST_EFFORT(32) };
+
 static struct lum_rgb *whitted_reference(struct rig *r)
 {
     struct lum_rgb *sum = lum_calloc((size_t)r->settings.w * r->settings.h, sizeof *sum);
     assert_non_null(sum);
-    for (uint32_t seed = 100; seed < 132; seed++) {
+    for (uint32_t seed = 100; seed < 100 + PICTURES; seed++) {
         whitted_pass(r, seed, 16);
         struct lum_rgb *one = rig_picture(r);
         for (uint32_t i = 0; i < r->settings.w * r->settings.h; i++)
-            sum[i] = lum_rgb_mad(sum[i], one[i], 1.0f / 32.0f);
+            sum[i] = lum_rgb_mad(sum[i], one[i], 1.0f / PICTURES);
         lum_free(one);
     }
     return sum;
@@ -286,13 +289,13 @@ static void agrees_with_whitted(void **state)
     r.settings.shadow_budget = UINT32_MAX;
     rig_pass(&r);
     double all = square_difference(&r, reference);
-    if (!(one < plain_one / 10.0 && all < 2.0 * plain_all))
+    if (TEST_TELLS && !(one < plain_one / 10.0 && all < 2.0 * plain_all))
         fail_msg("mean square error %g and %g; whitted with 1 and 16: %g, %g", one, all, plain_one, plain_all);
     double mean = 0.0;
     for (uint32_t i = 0; i < r.settings.w * r.settings.h; i++)
         mean += (double)reference[i].g / (r.settings.w * r.settings.h);
     /* 256 samples in each window of some 1000 pixels of penumbra, off by 0.03 each, a sixth of the picture: 2e-4 */
-    assert_true(fabs((double)rig_mean(&r).g / mean - 1.0) < 1e-3);
+    assert_true(!TEST_TELLS || fabs((double)rig_mean(&r).g / mean - 1.0) < 1e-3);
     lum_free(reference);
     rig_end(&r);
 }

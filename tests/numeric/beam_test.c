@@ -1,4 +1,5 @@
 /* Light that mirrors and glass send on to surfaces (vpl/trace.c, leave_beam). */
+#include "tests/support/effort.h"
 #include "tests/support/lit_room.h"
 #include "tests/support/vpls.h"
 
@@ -49,7 +50,7 @@ static double wall_by_a_slab(const struct lum_material_desc *slab, uint32_t seed
 static void a_slab_in_a_furnace(void **state)
 {
     (void)state;
-    enum { SEEDS = 24 };
+    enum { SEEDS = TEST_EFFORT(24) };
     const struct {
         const char *what;
         struct lum_material_desc material;
@@ -68,8 +69,7 @@ static void a_slab_in_a_furnace(void **state)
         double mean = sum / SEEDS, error = sqrt(fmax(square / SEEDS - mean * mean, 0.0) / (SEEDS - 1));
         print_message("wall by a slab of %s: %.4f +- %.4f of its light\n", slabs[k].what, mean, error);
         /* 4 standard errors; 4 % for lobes that are wider than mirrors, and lifts (vpl_sum.h) */
-        assert_true(fabs(mean - 1.0) <= 4.0 * error + 0.04);
-        assert_true(error < 0.015);
+        assert_true(!TEST_TELLS || (fabs(mean - 1.0) <= 4.0 * error + 0.04 && error < 0.015));
     }
 }
 

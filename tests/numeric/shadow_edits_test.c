@@ -1,8 +1,9 @@
 /* Shadows after any edits, soft and hard: a view that has lived through them, passes that were cut short included,
  * shows bit for bit what a new one does. */
 #include "tests/support/cut_short.h"
+#include "tests/support/effort.h"
 
-enum { RUNS = 24, STEPS = 25 };
+enum { RUNS = TEST_EFFORT(24), STEPS = 25 };
 
 /* ---- any edits ---- */
 

@@ -1,9 +1,12 @@
 """Reads EXR files as lumend writes them: scan lines, compressed with ZIP, of whole or half floats."""
+import array
 import itertools
 import struct
+import sys
 import zlib
 
 LINES = 16  # of a block compressed with ZIP
+FLIP = bytes(i ^ 128 for i in range(256))
 
 
 class Exr:
@@ -64,7 +67,11 @@ class Exr:
 
 def unzip(packed):
     """Bytes are stored as differences to the one before plus 128; first those at even places, then those at odd ones."""
-    bytes_ = bytes(itertools.accumulate(zlib.decompress(packed), lambda a, b: (a + b - 128) & 255))
+    sums = array.array("Q", itertools.accumulate(zlib.decompress(packed)))
+    if sys.byteorder == "big":
+        sums.byteswap()
+    bytes_ = bytearray(sums.tobytes()[::8])  # modulo 256
+    bytes_[1::2] = bytes_[1::2].translate(FLIP)  # k times 128 less: as it was where k is even
     half, lines = (len(bytes_) + 1) // 2, bytearray(len(bytes_))
     lines[0::2], lines[1::2] = bytes_[:half], bytes_[half:]
     return bytes(lines)

@@ -14,6 +14,7 @@
 
 #include <cmocka.h>
 
+#include "tests/support/effort.h"
 #include "tests/unit/import_kit.h"
 
 #define SCENES LUMEND_SOURCE "/../shared/scenes"
@@ -299,7 +300,7 @@ static void damaged_copies_are_harmless(void **state)
         uint8_t *good = read_file(files[i], &n);
         char name[32];
         snprintf(name, sizeof name, "copy%s", strrchr(files[i], '.'));
-        for (uint32_t seed = 1; seed <= 20; seed++, runs++) {
+        for (uint32_t seed = 1; seed <= TEST_EFFORT(20); seed++, runs++) {
             uint32_t random = seed * 2654435761u;
             uint8_t *bad = malloc(n);
             assert_non_null(bad);

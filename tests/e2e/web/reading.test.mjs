@@ -18,7 +18,7 @@ test('illuminance is read in the middle of the picture as the light meter has it
     await page.locator('.stage').focus();
     await page.keyboard.press('c');
     await page.keyboard.press('c');
-    await settled(tab, { spp: 32 });
+    await settled(tab, { spp: 12 });
     assert.equal(told().unit, 'lx');
     const value = legend().locator('.legend-value');
     await eventually(async () => numbersIn(await value.locator('dd').textContent())[1] > 0, async () => value.textContent());
