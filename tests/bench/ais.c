@@ -41,7 +41,7 @@ static const char *const scene_names[] = {"cornell",    "cornell-media", "desk",
 #define PARTLY_BITS BIT(LUM_EFFECT_GLOSSY) /* what ais serves in part */
 
 static const uint32_t part_bits[AIS_PARTS] = {
-    [AIS_ID] = BIT(LUM_EFFECT_INDIRECT_DIFFUSE),
+    [AIS_ID] = BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | BIT(LUM_EFFECT_TRANSMISSION), /* else rooms have no windows */
     [AIS_SS] = DIRECT_BITS,
     [AIS_PM] = BIT(LUM_EFFECT_MEDIA),
     [AIS_FULL] = ALL_BITS,

@@ -9,8 +9,8 @@
  * and parts take turns; each round runs them once forwards and once backwards (A B B A), and ratios are taken within a
  * round, so that a drift of the machine cancels.
  *
- * The diffuse component: a frame with all other effects forced off, and of that the stages VPLs to filter; so without
- * primary rays.
+ * The diffuse component: a frame with all other effects forced off but what goes through glass, and of that the stages
+ * VPLs to filter; so without primary rays.
  *
  * Animations: the built-in replays of 6.3.2, one pose a frame. Every method and part has a view and a cache of its own
  * and sees the same snapshots; they take turns pose by pose, in one order and then in the other, and ratios are taken
@@ -111,10 +111,10 @@ static bool open_config(const struct rig *r, struct config *c)
     return true;
 }
 
-/* Effects that are left out. */
+/* Effects that are left out. Panes stay: a room that is lit through its window is dark without. */
 static uint32_t off_in(enum instant_part part)
 {
-    return part == INSTANT_DIFFUSE ? ALL_BITS & ~BIT(LUM_EFFECT_INDIRECT_DIFFUSE) : 0;
+    return part == INSTANT_DIFFUSE ? ALL_BITS & ~(BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | BIT(LUM_EFFECT_TRANSMISSION)) : 0;
 }
 
 /* parts: bits of enum instant_part. cells: of each method and part. Live keeps the number of slots that settings ask

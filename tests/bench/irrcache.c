@@ -20,7 +20,7 @@ const char *const irr_storages[IRR_STORAGES] = {"TRA", "LCK", "LW", "WF"};
 const uint32_t irr_threads[IRR_CREWS] = {1, 2, 4, 8};
 _Static_assert((int)IRR_STORAGES == (int)LUM_STORAGE_COUNT, "a name for each storage");
 
-/* --quick takes the first. */
+/* --quick takes the first two, of which one has panes: that is another cache. */
 static const char *const scene_names[IRR_SCENES] = {"cornell", "desk", "conference", "office", "sponza"};
 static const char *const animation_names[IRR_ANIMATIONS] = {"cornell", "conference"};
 
@@ -67,7 +67,7 @@ static bool config_init(struct config *c, const struct rig *r, enum irr_storage 
     *c = (struct config){.settings = r->settings, .storage = storage, .crew = crew};
     c->settings.storage = (enum lum_storage)storage;
     if (lum_caches_create(lum_pool_size(pool), &c->caches, &err) != LUM_OK ||
-        irr_cache_acquire(c->caches, &c->settings, &c->cache, &err) != LUM_OK ||
+        irr_cache_acquire(c->caches, &c->settings, r->world.snapshot->has_panes, &c->cache, &err) != LUM_OK ||
         lum_view_create(pool, &c->view, &err) != LUM_OK)
         return failed(&err);
     lum_view_share(c->view, c->caches);
@@ -285,13 +285,13 @@ int lum_bench_irrcache(const struct lum_bench_options *options)
     if (!study)
         return fprintf(stderr, "lumend-bench: out of memory\n"), 1;
     struct lum_view_settings size;
-    lum_bench_size(options, (const uint32_t[]){600, 400}, (const uint32_t[]){60, 40}, &size);
+    lum_bench_size(options, (const uint32_t[]){600, 400}, (const uint32_t[]){30, 20}, &size);
     study->w = size.w;
     study->h = size.h;
     study->accuracy = 0.3f;
     study->n_crews = options->quick ? 3 : IRR_CREWS;
     lum_thread_init_fp();
-    size_t n = options->scene || options->quick ? 1 : IRR_SCENES;
+    size_t n = options->scene ? 1 : options->quick ? 2 : IRR_SCENES;
     bool ok = true;
     for (size_t i = 0; ok && i < n; i++)
         ok = run_scene(options, options->scene ? options->scene : scene_names[i], study);
