@@ -25,13 +25,14 @@
 #include "core/vpl/vpl.h"
 #include "server/world/scene_source.h"
 #include "tests/bench/slots.h"
+#include "tests/bench/variants.h"
 
 const char *const ais_methods[AIS_METHODS] = {"ais", "ais-max", "igi", "live"};
 const char *const ais_parts[AIS_PARTS] = {"ID", "SS", "PM", "FULL"};
 
 /* --quick takes the first three. */
-static const char *const scene_names[] = {"cornell", "cornell-media", "desk",     "office",
-                                          "sibenik", "conference",    "shirley6", "office-media"};
+static const char *const scene_names[] = {"cornell",    "cornell-media", "desk",         "office",        "sibenik",
+                                          "conference", "shirley6",      "office-media", "shirley6-media"};
 #define QUICK_SCENES 3u
 
 #define BIT(effect) (1u << (effect))
@@ -40,7 +41,7 @@ static const char *const scene_names[] = {"cornell", "cornell-media", "desk",   
 #define PARTLY_BITS BIT(LUM_EFFECT_GLOSSY) /* what ais serves in part */
 
 static const uint32_t part_bits[AIS_PARTS] = {
-    [AIS_ID] = BIT(LUM_EFFECT_INDIRECT_DIFFUSE),
+    [AIS_ID] = BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | BIT(LUM_EFFECT_TRANSMISSION), /* else rooms have no windows */
     [AIS_SS] = DIRECT_BITS,
     [AIS_PM] = BIT(LUM_EFFECT_MEDIA),
     [AIS_FULL] = ALL_BITS,
@@ -203,7 +204,7 @@ static double iterations_of(const struct rig *r, const struct lum_view *view)
 static bool time_configs(struct rig *r, const struct configs *configs)
 {
     struct lum_pass_stats stats;
-    size_t rounds = r->options->quick ? 2 : AIS_ROUNDS, n = configs->n;
+    size_t rounds = lum_bench_rounds(r->options, AIS_ROUNDS, 2), n = configs->n;
     for (size_t i = 0; i < n; i++) { /* warm-up; makes the buffers */
         const struct config *c = &configs->at[i];
         if (!fresh_frame(r, c->view, c->caches, &c->settings, &stats))
@@ -242,7 +243,7 @@ struct draws {
  * and, but for the default, methods that took two seconds with fewer VPLs. */
 static bool is_enough(const struct rig *r, const struct config *c, const struct budget *budget, const struct draws *d)
 {
-    bool live = c->cell == &r->out->cells[AIS_LIVE][AIS_FULL], compared = live || c->curve == &r->out->curves[AIS_A];
+    bool live = c->cell == &r->out->cells[AIS_LIVE][AIS_FULL], compared = c->curve != &r->out->curves[AIS_MAX];
     if (!c->curve || (budget->live_alone && !live))
         return true;
     for (size_t i = 0; i < c->curve->n; i++)
@@ -282,7 +283,7 @@ static struct lum_bench_error mean_of(const struct lum_bench_error *sum, size_t 
 static bool measure_budget(struct rig *r, const struct configs *configs, const struct budget *budget)
 {
     struct draws draws[LUM_ARRAY_LEN(configs->at)] = {0};
-    size_t rounds = r->options->quick ? 1 : AIS_DRAWS;
+    size_t rounds = lum_bench_rounds(r->options, AIS_DRAWS, 1);
     for (size_t round = 0; round < rounds; round++)
         for (size_t i = 0; i < configs->n; i++)
             if (!draw_frame(r, &configs->at[i], budget, &draws[i]))
@@ -423,8 +424,10 @@ int lum_bench_ais(const struct lum_bench_options *options)
     struct ais_study *study = lum_calloc(1, sizeof *study);
     if (!study)
         return fprintf(stderr, "lumend-bench: out of memory\n"), 1;
-    study->w = options->quick ? 60 : 600;
-    study->h = options->quick ? 40 : 400;
+    struct lum_view_settings size;
+    lum_bench_size(options, (const uint32_t[]){600, 400}, (const uint32_t[]){60, 40}, &size);
+    study->w = size.w;
+    study->h = size.h;
     lum_thread_init_fp();
     for (int m = 0; m < AIS_METHODS; m++)
         if (!lum_method_find(ais_methods[m]))
@@ -434,7 +437,7 @@ int lum_bench_ais(const struct lum_bench_options *options)
         ok = run_scene(options, options->scene, study);
     size_t n = options->scene ? 0 : options->quick ? QUICK_SCENES : LUM_ARRAY_LEN(scene_names);
     for (size_t i = 0; ok && i < n; i++) {
-        if (lum_scene_builtin(scene_names[i]))
+        if (lum_scene_builtin(lum_bench_variant_base(scene_names[i])))
             ok = run_scene(options, scene_names[i], study);
         else
             printf("skipped: there is no scene %s\n", scene_names[i]);

@@ -5,7 +5,7 @@
 
 #include "tests/bench/reference.h"
 
-enum { AIS_SCENES = 16, AIS_ROUNDS = 6, AIS_DRAWS = 8, AIS_POINTS = 16, AIS_VPLS = 256 /* 5.4 */ };
+enum { AIS_SCENES = 18, AIS_ROUNDS = 6, AIS_DRAWS = 8, AIS_POINTS = 16, AIS_VPLS = 256 /* 5.4 */ };
 
 enum ais_method { AIS_A, AIS_MAX, AIS_IGI, AIS_LIVE, AIS_METHODS };
 extern const char *const ais_methods[AIS_METHODS]; /* as lum_method_find knows them */

@@ -313,8 +313,9 @@ static const struct ais_point *default_point(const struct ais_curve *c)
 static const struct lum_bench_column equal_columns[] = {
     {"", "equal time, equal error", TEXT},   {"", "error", TEXT},
     {"", "LIVE/A: error at A's time", TEXT}, {"", "time at A's error", TEXT},
-    {"", "time at LIVE's error", TEXT},      {"", "path/A: error at A's time", TEXT},
-    {"", "time at A's error", TEXT},
+    {"", "time at LIVE's error", TEXT},      {"", "IGI/A: error at A's time", TEXT},
+    {"", "time at A's error", TEXT},         {"", "time at IGI's error", TEXT},
+    {"", "path/A: error at A's time", TEXT}, {"", "time at A's error", TEXT},
 };
 
 static void print_equal(const struct ais_study *study, struct lum_bench_table *t)
@@ -323,9 +324,12 @@ static void print_equal(const struct ais_study *study, struct lum_bench_table *t
         for (enum axis error = RELMSE; error <= SMAPE; error++) {
             const struct ais_curve *curves = study->scenes[i].curves, *path = &curves[AIS_METHODS];
             const struct ais_point *a = default_point(&curves[AIS_A]), *live = default_point(&curves[AIS_LIVE]);
+            const struct ais_point *igi = default_point(&curves[AIS_IGI]);
             LUM_BENCH_TEXTS(t, study->scenes[i].name, error == RELMSE ? "relMSE" : "SMAPE");
             put_compared(t, &curves[AIS_LIVE], a, error);
             put_inverse(t, &curves[AIS_A], live, error);
+            put_compared(t, &curves[AIS_IGI], a, error);
+            put_inverse(t, &curves[AIS_A], igi, error);
             put_compared(t, path, a, error);
         }
 }
@@ -455,9 +459,11 @@ static const struct output {
     {NULL, "Less is better. The reference's own noise counts in SMAPE, not in relMSE.", error_columns,
      LUM_ARRAY_LEN(error_columns), print_errors},
     {NULL,
-     "Below 1: LIVE (path) has less error than A, or needs less CPU time. At A's time and error: A at its default of\n"
-     "256 VPLs, LIVE along the front of its budgets; at LIVE's error: LIVE at its default, A along its own. < and >:\n"
-     "beyond the end, which gives the bound.",
+     "Below 1: LIVE (IGI, path) has less error than A, or needs less CPU time. At A's time and error: A at its "
+     "default\n"
+     "of 256 VPLs, LIVE (IGI) along the front of its budgets; at LIVE's (IGI's) error: that at its default, A along "
+     "its\n"
+     "own. < and >: beyond the end, which gives the bound.",
      equal_columns, LUM_ARRAY_LEN(equal_columns), print_equal},
     {"ais", NULL, frame_columns, LUM_ARRAY_LEN(frame_columns), put_frames},
     {"ais-speedup", NULL, ratio_columns, LUM_ARRAY_LEN(ratio_columns), put_ratios},

@@ -12,6 +12,7 @@
 #include "core/math/sampler.h"
 #include "server/world/scene_source.h"
 #include "tests/bench/plot.h"
+#include "tests/bench/variants.h"
 
 static const struct lum_bench benches[] = {
     {"rays", "rays per second against raw Embree traversal on the same scene", "cornell", lum_bench_rays},
@@ -50,7 +51,8 @@ static int usage(FILE *to, int status)
         to,
         "usage: lumend-bench STUDY --out DIR [--quick] [--scene NAME|FILE] [--references DIR] "
         "[--reference-spp N] [--single-rays]\n"
-        "                    [--camera ID] [--methods LIST] [--seconds MAX] [--models DIR] [--seeds N] [--size WxH]\n\n"
+        "                    [--camera ID] [--methods LIST] [--seconds MAX] [--models DIR] [--seeds N] [--size WxH]\n"
+        "                    [--rounds N]\n\n"
         "studies:\n");
     for (size_t i = 0; i < LUM_ARRAY_LEN(benches); i++)
         fprintf(to, "  %-10s %s\n", benches[i].name, benches[i].summary);
@@ -72,8 +74,14 @@ static int usage(FILE *to, int status)
         "settings and accuracy, too; the first two also for vision; so is --seconds for accuracy: how long samples are "
         "added; and\n"
         "for budgets: how long a run is waited for.\n"
-        "--size: of the pictures of errors, budgets, settings and accuracy, 16 to 4096 a side, as 300x200.\n"
-        "--single-rays has ais and instant trace rays one by one, as the thesis does, and not in packets of 16.\n");
+        "--size: of the pictures of accuracy, ais, budgets, errors, instant, irrcache, settings, stride and vision, 16 "
+        "to\n4096 a side, as 300x200; of stride the second number, which is to be a power of two, alone counts.\n"
+        "--rounds: how often ais, instant, irrcache and stride repeat themselves at most, 1 to 15; animations are of "
+        "20\nframes a round.\n"
+        "--scene may also be one of these variants of built-in scenes:\n");
+    lum_bench_print_variants(to);
+    fprintf(to,
+            "--single-rays has ais and instant trace rays one by one, as the thesis does, and not in packets of 16.\n");
     return status;
 }
 
@@ -83,6 +91,12 @@ void lum_bench_size(const struct lum_bench_options *options, const uint32_t whol
     const uint32_t *size = options->quick ? quick : whole;
     inout_settings->w = options->w ? options->w : size[0];
     inout_settings->h = options->h ? options->h : size[1];
+}
+
+uint32_t lum_bench_rounds(const struct lum_bench_options *options, uint32_t whole, uint32_t quick)
+{
+    uint32_t n = options->quick ? quick : whole;
+    return options->rounds && options->rounds < n ? options->rounds : n;
 }
 
 void lum_bench_progress(const char *fmt, ...)
@@ -153,12 +167,12 @@ bool lum_bench_world(const char *scene, uint32_t threads, struct lum_world *ret_
         fprintf(stderr, "lumend-bench: %s\n", err.text);
         return false;
     }
-    if (!lum_scene_load(ret_world, scene, &import, &perr)) {
-        fprintf(stderr, "lumend-bench: %s: %s\n", scene, perr.text);
-        lum_world_finish(ret_world);
-        return false;
-    }
-    return true;
+    if (lum_scene_load(ret_world, lum_bench_variant_base(scene), &import, &perr) &&
+        lum_bench_vary(ret_world, scene, &perr))
+        return true;
+    fprintf(stderr, "lumend-bench: %s: %s\n", scene, perr.text);
+    lum_world_finish(ret_world);
+    return false;
 }
 
 const char *lum_bench_scene_name(const char *scene)
@@ -272,12 +286,12 @@ static bool read_seconds(const char *text, double *ret_seconds)
     return end != text && *end == 0 && *ret_seconds > 0.0 && *ret_seconds <= 3600.0;
 }
 
-static bool read_seeds(const char *text, uint32_t *ret_seeds)
+static bool read_count(const char *text, uint32_t most, uint32_t *ret_n)
 {
     char *end;
     unsigned long n = strtoul(text, &end, 10);
-    *ret_seeds = (uint32_t)n;
-    return end != text && *end == 0 && n >= 1 && n <= 30;
+    *ret_n = (uint32_t)n;
+    return end != text && *end == 0 && n >= 1 && n <= most;
 }
 
 static bool read_size(const char *text, struct lum_bench_options *o)
@@ -306,9 +320,15 @@ static int read_value(struct lum_bench_options *o, const char *option, const cha
         return 2;
     }
     if (strcmp(option, "--seeds") == 0) {
-        if (read_seeds(value, &o->seeds))
+        if (read_count(value, 30, &o->seeds))
             return 0;
         fprintf(stderr, "lumend-bench: --seeds must be 1 to 30, not '%s'\n", value);
+        return 2;
+    }
+    if (strcmp(option, "--rounds") == 0) {
+        if (read_count(value, 15, &o->rounds))
+            return 0;
+        fprintf(stderr, "lumend-bench: --rounds must be 1 to 15, not '%s'\n", value);
         return 2;
     }
     if (strcmp(option, "--size") == 0) {

@@ -19,7 +19,8 @@ struct lum_bench_options {
     const char *camera;     /* truth: id, or its end; NULL: the scene's own */
     const char *methods;    /* truth, errors, budgets, vision: comma separated; NULL: the study's own choice */
     uint32_t seeds;         /* errors, budgets, settings, accuracy: 1 to 30 */
-    uint32_t w, h;          /* errors, budgets, settings, accuracy: of pictures; 0: the study's own */
+    uint32_t w, h;          /* of pictures; 0: the study's own */
+    uint32_t rounds;        /* ais, instant, irrcache, stride: at most; 0: the study's own */
     double seconds;         /* truth: how long a scene rests; budgets: how long a run is waited for */
     bool single_rays;       /* traced one by one, as the thesis' tracer does */
     bool quick;             /* fewer repetitions: shows that it works, not a figure to quote */
@@ -55,6 +56,9 @@ int lum_bench_vision(const struct lum_bench_options *options);
 void lum_bench_size(const struct lum_bench_options *options, const uint32_t whole[2], const uint32_t quick[2],
                     struct lum_view_settings *inout_settings);
 
+/* How often a study repeats itself: at most as often as --rounds says. */
+uint32_t lum_bench_rounds(const struct lum_bench_options *options, uint32_t whole, uint32_t quick);
+
 /* A line on stderr, of what is being done now; for each step that may take more than a second. */
 __attribute__((format(printf, 1, 2))) void lum_bench_progress(const char *fmt, ...);
 
@@ -68,7 +72,8 @@ bool lum_bench_open_view(struct lum_pool *pool, struct lum_view **ret_view, stru
 FILE *lum_bench_open(const struct lum_bench_options *options, const char *name);
 /* False after a message on stderr when something was not written. */
 bool lum_bench_close(FILE *f, const char *name);
-/* A world with the scene loaded and committed; false after a message on stderr. */
+/* A world with the scene loaded and committed; false after a message on stderr. Variants of built-in scenes count as
+ * scenes here (variants.h). */
 bool lum_bench_world(const char *scene, uint32_t threads, struct lum_world *ret_world);
 /* What figures call a scene: a file without its folder. */
 const char *lum_bench_scene_name(const char *scene);

@@ -9,8 +9,8 @@
  * and parts take turns; each round runs them once forwards and once backwards (A B B A), and ratios are taken within a
  * round, so that a drift of the machine cancels.
  *
- * The diffuse component: a frame with all other effects forced off, and of that the stages VPLs to filter; so without
- * primary rays.
+ * The diffuse component: a frame with all other effects forced off but what goes through glass, and of that the stages
+ * VPLs to filter; so without primary rays.
  *
  * Animations: the built-in replays of 6.3.2, one pose a frame. Every method and part has a view and a cache of its own
  * and sees the same snapshots; they take turns pose by pose, in one order and then in the other, and ratios are taken
@@ -28,6 +28,7 @@
 
 #include "server/world/scene_source.h"
 #include "tests/bench/slots.h"
+#include "tests/bench/variants.h"
 
 const char *const instant_methods[INSTANT_METHODS] = {"whitted", "igi", "ic", "tic", "live"};
 const char *const instant_parts[INSTANT_PARTS] = {"whole", "diffuse"};
@@ -42,7 +43,7 @@ static const struct {
 } scenes[] = {
     {"cornell", 0.2f},     {"wobble", 0.2f},    {"desk", 0.2f},      {"bunnies-1", 0.2f},
     {"bunnies-2", 0.2f},   {"bunnies-4", 0.2f}, {"bunnies-9", 0.2f}, {"cornell-indirect", 0.2f},
-    {"conference", 0.25f}, {"sibenik", 0.35f},  {"office", 0.2f},
+    {"conference", 0.25f}, {"sibenik", 0.35f},  {"office", 0.2f},    {"cornell-mirrors", 0.2f},
 };
 #define QUICK_SCENES 2u
 
@@ -110,10 +111,10 @@ static bool open_config(const struct rig *r, struct config *c)
     return true;
 }
 
-/* Effects that are left out. */
+/* Effects that are left out. Panes stay: a room that is lit through its window is dark without. */
 static uint32_t off_in(enum instant_part part)
 {
-    return part == INSTANT_DIFFUSE ? ALL_BITS & ~BIT(LUM_EFFECT_INDIRECT_DIFFUSE) : 0;
+    return part == INSTANT_DIFFUSE ? ALL_BITS & ~(BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | BIT(LUM_EFFECT_TRANSMISSION)) : 0;
 }
 
 /* parts: bits of enum instant_part. cells: of each method and part. Live keeps the number of slots that settings ask
@@ -178,7 +179,7 @@ static struct config *turn(struct configs *all, size_t k, bool backwards)
 static bool time_first(const struct rig *r, struct configs *all)
 {
     struct lum_pass_stats stats;
-    size_t rounds = r->options->quick ? 2 : INSTANT_ROUNDS;
+    size_t rounds = lum_bench_rounds(r->options, INSTANT_ROUNDS, 2);
     for (size_t i = 0; i < all->n; i++) { /* warm-up; makes the buffers */
         if (!run_frame(r, &all->items[i], &stats))
             return false;
@@ -273,8 +274,7 @@ static bool open_rig(struct rig *r, const struct lum_bench_options *options, con
     struct lum_error err = {0};
     struct lum_proto_error perr;
     *r = (struct rig){.options = options, .settings = lum_view_settings_default()};
-    r->settings.w = options->quick ? 60 : 600;
-    r->settings.h = options->quick ? 40 : 400;
+    lum_bench_size(options, (const uint32_t[]){600, 400}, (const uint32_t[]){60, 40}, &r->settings);
     r->settings.antialias = false;
     r->settings.n_vpls = 256;
     r->settings.shadow_samples = 1;
@@ -284,7 +284,7 @@ static bool open_rig(struct rig *r, const struct lum_bench_options *options, con
     if (!lum_bench_world(scene, 0, &r->world))
         return false;
     lum_device_trace_singly(r->world.device, options->single_rays);
-    snprintf(replay, sizeof replay, "%s-moves", scene);
+    snprintf(replay, sizeof replay, "%s-moves", lum_bench_variant_base(scene));
     if (lum_replay_builtin(replay) && !lum_edits_load(replay, &r->moves, &perr)) {
         close_rig(r);
         return lum_bench_failed(perr.text);
@@ -293,6 +293,38 @@ static bool open_rig(struct rig *r, const struct lum_bench_options *options, con
         return true;
     close_rig(r);
     return lum_bench_failed(err.text);
+}
+
+/* The view of a method and part; NULL: there is none. */
+static const struct lum_view *view_of(const struct configs *all, const struct instant_frames *frames,
+                                      enum instant_method m, enum instant_part part)
+{
+    for (size_t i = 0; i < all->n; i++)
+        if (all->items[i].cell == &frames->cells[m][part])
+            return all->items[i].view;
+    return NULL;
+}
+
+/* Table 6.5: what is seen of each method's error, and of what tic and igi differ by. */
+static bool look_at_part(const struct rig *r, enum instant_part part, const struct configs *all,
+                         struct instant_frames *frames)
+{
+    const uint32_t w = r->settings.w, h = r->settings.h;
+    const size_t n = 3 * (size_t)w * h;
+    float *pictures = lum_calloc(n * INSTANT_METHODS, sizeof *pictures);
+    bool ok = pictures || lum_bench_failed("out of memory");
+    ok = ok && lum_bench_look(w, h, r->reference.half[0], r->reference.half[1], &frames->noise[part]);
+    for (int m = 0; ok && m < INSTANT_METHODS; m++) {
+        const struct lum_view *view = view_of(all, frames, (enum instant_method)m, part);
+        frames->seen[m][part] = LUM_BENCH_NOT_SEEN;
+        if (!view)
+            continue;
+        lum_bench_picture_of(view, pictures + n * (size_t)m);
+        ok = lum_bench_look(w, h, pictures + n * (size_t)m, r->reference.truth, &frames->seen[m][part]);
+    }
+    ok = ok && lum_bench_look(w, h, pictures + n * INSTANT_TIC, pictures + n * INSTANT_IGI, &frames->tic_igi[part]);
+    lum_free(pictures);
+    return ok;
 }
 
 /* Of what the views show of a part. */
@@ -315,7 +347,7 @@ static bool measure_errors_of(struct rig *r, enum instant_part part, const struc
         if (cell % INSTANT_PARTS == (ptrdiff_t)part)
             frames->errors[cell / INSTANT_PARTS][part] = lum_bench_error_of(&r->reference, all->items[i].view);
     }
-    return true;
+    return look_at_part(r, part, all, frames);
 }
 
 static bool measure_errors(struct rig *r, const struct configs *all, struct instant_frames *frames)
@@ -340,7 +372,9 @@ static bool measure_moving(struct rig *r, struct instant_frames *frames)
     struct configs all;
     if (!open_configs(r, ALL_PARTS, frames->cells, &all))
         return false;
-    bool ok = time_moving(r, &all, r->options->quick ? 6 : INSTANT_POSES) && measure_errors(r, &all, frames);
+    size_t n_poses =
+        r->options->quick ? 6 : INSTANT_POSES / INSTANT_ROUNDS * lum_bench_rounds(r->options, INSTANT_ROUNDS, 2);
+    bool ok = time_moving(r, &all, n_poses) && measure_errors(r, &all, frames);
     close_configs(&all);
     return ok;
 }

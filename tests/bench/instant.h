@@ -4,6 +4,7 @@
 #define LUM_TESTS_BENCH_INSTANT_H
 
 #include "tests/bench/reference.h"
+#include "tests/bench/seen.h"
 
 enum { INSTANT_SCENES = 12, INSTANT_ROUNDS = 5, INSTANT_POSES = 100, INSTANT_POINTS = 6 };
 
@@ -29,6 +30,9 @@ struct instant_cell {
 struct instant_frames {
     struct instant_cell cells[INSTANT_METHODS][INSTANT_PARTS];
     struct lum_bench_error errors[INSTANT_METHODS][INSTANT_PARTS]; /* of the last pose; NAN: there is none */
+    struct lum_bench_seen seen[INSTANT_METHODS][INSTANT_PARTS];    /* of the same, against the reference */
+    struct lum_bench_seen tic_igi[INSTANT_PARTS];                  /* of tic, against igi */
+    struct lum_bench_seen noise[INSTANT_PARTS];                    /* one half of the reference, against the other */
     uint32_t reference_spp;
     double reference_relmse[INSTANT_PARTS];
 };

@@ -197,6 +197,45 @@ static void print_errors(const struct instant_study *study, struct lum_bench_tab
     }
 }
 
+static const struct lum_bench_column seen_columns[] = {
+    {"", "HDR-VDP, % of pixels (6.5)", TEXT},
+    {"", "P >=", TEXT},
+    {"", "IGI", 2},
+    {"", "IC", 2},
+    {"", "TIC", 2},
+    {"", "LIVE", 2},
+    {"", "reference", 2},
+    {"", "TIC beside IGI", 2},
+};
+
+enum { CERTAINTIES = 4 };
+static double seen_with(const struct lum_bench_seen *s, int certainty)
+{
+    const double all[CERTAINTIES] = {s->p75, s->p95, s->dim75, s->dim95};
+    return all[certainty];
+}
+
+static void print_seen_of(const struct instant_scene *s, int part, struct lum_bench_table *t)
+{
+    static const char *const names[CERTAINTIES] = {"75 %", "95 %", "75 %, dim", "95 %, dim"};
+    const struct instant_frames *f = s->moves ? &s->moving : &s->first;
+    char text[64];
+    for (int k = 0; k < CERTAINTIES; k++) {
+        snprintf(text, sizeof text, "%.30s, %s, %s", s->name, s->moves ? "last pose" : "first", instant_parts[part]);
+        LUM_BENCH_TEXTS(t, text, names[k]);
+        for (int m = INSTANT_IGI; m < INSTANT_METHODS; m++)
+            lum_bench_table_number(t, seen_with(&f->seen[m][part], k));
+        LUM_BENCH_NUMBERS(t, seen_with(&f->noise[part], k), seen_with(&f->tic_igi[part], k));
+    }
+}
+
+static void print_seen(const struct instant_study *study, struct lum_bench_table *t)
+{
+    for (size_t i = 0; i < study->n_scenes; i++)
+        for (int p = 0; p < INSTANT_PARTS; p++)
+            print_seen_of(&study->scenes[i], p, t);
+}
+
 static const struct lum_bench_column ray_columns[] = {
     {"", "diffuse alone, thousand rays", TEXT},
     {"", "first: IGI", 1},
@@ -235,12 +274,12 @@ static void print_rays(const struct instant_study *study, struct lum_bench_table
 /* ---- files ---- */
 
 static const struct lum_bench_column frame_columns[] = {
-    {"scene", NULL, TEXT},         {"frames", NULL, TEXT}, {"method", NULL, TEXT},
-    {"part", NULL, TEXT},          {"accuracy", NULL, 3},  {"n", NULL, 0},
-    {"ms_mean", NULL, 4},          {"ms_median", NULL, 4}, {"cpu_ms_mean", NULL, 4},
-    {"relmse", NULL, 9},           {"smape", NULL, 9},     {"reference_spp", NULL, 0},
-    {"reference_relmse", NULL, 9}, {"records", NULL, 1},   {"created", NULL, 1},
-    {"updated", NULL, 1},          {"slots", NULL, 0},     LUM_BENCH_RAY_COLUMNS(1),
+    {"scene", NULL, TEXT},         {"frames", NULL, TEXT}, {"method", NULL, TEXT}, {"part", NULL, TEXT},
+    {"accuracy", NULL, 3},         {"n", NULL, 0},         {"ms_mean", NULL, 4},   {"ms_median", NULL, 4},
+    {"cpu_ms_mean", NULL, 4},      {"relmse", NULL, 9},    {"smape", NULL, 9},     {"reference_spp", NULL, 0},
+    {"reference_relmse", NULL, 9}, {"p75", NULL, 4},       {"p95", NULL, 4},       {"flip", NULL, 6},
+    {"records", NULL, 1},          {"created", NULL, 1},   {"updated", NULL, 1},   {"slots", NULL, 0},
+    LUM_BENCH_RAY_COLUMNS(1),
 };
 
 static void put_cell(struct lum_bench_table *t, const struct instant_scene *s, const struct instant_frames *f, int m,
@@ -250,8 +289,8 @@ static void put_cell(struct lum_bench_table *t, const struct instant_scene *s, c
     LUM_BENCH_TEXTS(t, s->name, f == &s->first ? "first" : "animation", instant_methods[m], instant_parts[p]);
     LUM_BENCH_NUMBERS(t, s->accuracy, (double)c->n, mean_of(c->ms, c->n), lum_bench_median_of(c->ms, c->n),
                       mean_of(c->cpu_ms, c->n), f->errors[m][p].relmse, f->errors[m][p].smape, (double)f->reference_spp,
-                      f->reference_relmse[p], c->records, c->created, c->updated,
-                      m == INSTANT_LIVE ? (double)NAN : (double)s->n_slots);
+                      f->reference_relmse[p], f->seen[m][p].p75, f->seen[m][p].p95, f->seen[m][p].flip, c->records,
+                      c->created, c->updated, m == INSTANT_LIVE ? (double)NAN : (double)s->n_slots);
     for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
         lum_bench_table_number(t, c->rays[k]);
 }
@@ -431,6 +470,7 @@ static const struct output {
     {NULL, moving_columns, LUM_ARRAY_LEN(moving_columns), print_moving},
     {NULL, diffuse_columns, LUM_ARRAY_LEN(diffuse_columns), print_diffuse},
     {NULL, error_columns, LUM_ARRAY_LEN(error_columns), print_errors},
+    {NULL, seen_columns, LUM_ARRAY_LEN(seen_columns), print_seen},
     {NULL, ray_columns, LUM_ARRAY_LEN(ray_columns), print_rays},
     {"instant", frame_columns, LUM_ARRAY_LEN(frame_columns), put_frames},
     {"instant-speedup", ratio_columns, LUM_ARRAY_LEN(ratio_columns), put_ratios},

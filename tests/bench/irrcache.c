@@ -20,7 +20,7 @@ const char *const irr_storages[IRR_STORAGES] = {"TRA", "LCK", "LW", "WF"};
 const uint32_t irr_threads[IRR_CREWS] = {1, 2, 4, 8};
 _Static_assert((int)IRR_STORAGES == (int)LUM_STORAGE_COUNT, "a name for each storage");
 
-/* --quick takes the first. */
+/* --quick takes the first two, of which one has panes: that is another cache. */
 static const char *const scene_names[IRR_SCENES] = {"cornell", "desk", "conference", "office", "sponza"};
 static const char *const animation_names[IRR_ANIMATIONS] = {"cornell", "conference"};
 
@@ -67,7 +67,7 @@ static bool config_init(struct config *c, const struct rig *r, enum irr_storage 
     *c = (struct config){.settings = r->settings, .storage = storage, .crew = crew};
     c->settings.storage = (enum lum_storage)storage;
     if (lum_caches_create(lum_pool_size(pool), &c->caches, &err) != LUM_OK ||
-        irr_cache_acquire(c->caches, &c->settings, &c->cache, &err) != LUM_OK ||
+        irr_cache_acquire(c->caches, &c->settings, r->world.snapshot->has_panes, &c->cache, &err) != LUM_OK ||
         lum_view_create(pool, &c->view, &err) != LUM_OK)
         return failed(&err);
     lum_view_share(c->view, c->caches);
@@ -121,7 +121,7 @@ static void add_frame(struct irr_cell *cell, size_t round, const struct config *
 static bool time_configs(const struct rig *r, struct irr_scene *out, struct config *configs, size_t n)
 {
     struct lum_pass_stats stats;
-    size_t rounds = r->options->quick ? 2 : IRR_ROUNDS;
+    size_t rounds = lum_bench_rounds(r->options, IRR_ROUNDS, 2);
     for (size_t i = 0; i < n; i++) { /* warm-up; makes the buffers */
         struct irr_cell *cell = &out->cells[configs[i].storage][configs[i].crew];
         if (!frame(r, &configs[i], true, &stats))
@@ -190,7 +190,7 @@ static bool turn(struct rig *r, struct config *configs, size_t n, uint32_t which
 static bool measure_turns(struct rig *r, struct config *configs, size_t n, uint32_t which, struct irr_animation *out)
 {
     double ms[IRR_STORAGES][IRR_FRAMES][IRR_TURNS];
-    size_t turns = r->options->quick ? 1 : IRR_TURNS;
+    size_t turns = lum_bench_rounds(r->options, IRR_TURNS, 1);
     for (size_t t = 0; t < turns; t++) {
         lum_bench_progress("irrcache: %s, turn with %u threads, %zu of %zu", out->name, out->n_threads[which], t + 1,
                            turns);
@@ -214,7 +214,7 @@ static bool measure_animation(struct rig *r, struct irr_animation *out)
         fitting++;
     const uint32_t crews[2] = {fitting, most};
     bool ok = true;
-    out->n_frames = r->options->quick ? 8 : IRR_FRAMES;
+    out->n_frames = r->options->quick ? 8 : IRR_FRAMES / IRR_ROUNDS * lum_bench_rounds(r->options, IRR_ROUNDS, 2);
     for (uint32_t which = 0; ok && which < 2; which++) {
         struct config configs[IRR_STORAGES];
         size_t n = 0;
@@ -284,12 +284,14 @@ int lum_bench_irrcache(const struct lum_bench_options *options)
     struct irr_study *study = lum_calloc(1, sizeof *study);
     if (!study)
         return fprintf(stderr, "lumend-bench: out of memory\n"), 1;
-    study->w = options->quick ? 60 : 600;
-    study->h = options->quick ? 40 : 400;
+    struct lum_view_settings size;
+    lum_bench_size(options, (const uint32_t[]){600, 400}, (const uint32_t[]){30, 20}, &size);
+    study->w = size.w;
+    study->h = size.h;
     study->accuracy = 0.3f;
     study->n_crews = options->quick ? 3 : IRR_CREWS;
     lum_thread_init_fp();
-    size_t n = options->scene || options->quick ? 1 : IRR_SCENES;
+    size_t n = options->scene ? 1 : options->quick ? 2 : IRR_SCENES;
     bool ok = true;
     for (size_t i = 0; ok && i < n; i++)
         ok = run_scene(options, options->scene ? options->scene : scene_names[i], study);

@@ -69,10 +69,10 @@ struct irr_study {
     char machine[256];
 };
 
-/* The cache of method irrcache that a view with these settings uses in a scene without media, held: to empty it, and to
- * ask what its storage cost. */
+/* The cache of method irrcache that a view with these settings uses in a scene without media, with panes or without,
+ * held: to empty it, and to ask what its storage cost. */
 LUM_MUST_USE enum lum_status irr_cache_acquire(struct lum_caches *caches, const struct lum_view_settings *settings,
-                                               struct lum_cache **ret_cache, struct lum_error *err);
+                                               bool panes, struct lum_cache **ret_cache, struct lum_error *err);
 void irr_cache_release(struct lum_caches *caches, struct lum_cache *cache); /* accepts NULL */
 bool irr_cache_is_used(const struct lum_cache *cache);                      /* a view has */
 /* Its memory stays. Between passes. */

@@ -13,7 +13,7 @@
 
 /* ---- caches ---- */
 
-enum lum_status irr_cache_acquire(struct lum_caches *caches, const struct lum_view_settings *settings,
+enum lum_status irr_cache_acquire(struct lum_caches *caches, const struct lum_view_settings *settings, bool panes,
                                   struct lum_cache **ret_cache, struct lum_error *err)
 {
     struct lum_cache_key key = {
@@ -23,6 +23,7 @@ enum lum_status irr_cache_acquire(struct lum_caches *caches, const struct lum_vi
         .max_bounces = settings->max_depth - 1,
         .seed = settings->seed,
         .accuracy = settings->cache_accuracy,
+        .panes = panes,
     };
     return lum_cache_acquire(caches, &key, ret_cache, err);
 }

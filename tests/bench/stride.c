@@ -308,14 +308,21 @@ static bool load_all(struct stride_study *st, const struct lum_bench_options *o)
 /* ---- the study ---- */
 
 /* Large sweeps last seconds and vary little; small ones are short and are done more often. */
-static void plan(struct stride_study *st, bool quick)
+static bool plan(struct stride_study *st, const struct lum_bench_options *options)
 {
-    st->side = quick ? 256 : 4096;
-    st->n_rounds = quick ? 3 : STRIDE_ROUNDS;
+    struct lum_view_settings size;
+    lum_bench_size(options, (const uint32_t[]){4096, 4096}, (const uint32_t[]){256, 256}, &size);
+    if (size.h & (size.h - 1))
+        return lum_bench_failed("stride: the side of its picture must be a power of two");
+    bool quick = options->quick;
+    st->side = size.h;
+    st->n_rounds = lum_bench_rounds(options, STRIDE_ROUNDS, 3);
     for (uint32_t stride = 1; stride <= st->side; stride *= quick ? 4 : 2) {
-        st->n_samples[st->n_strides] = quick ? 3 : stride == 1 ? 1 : stride == 2 ? 2 : stride == 4 ? 5 : STRIDE_ROUNDS;
+        uint32_t n = quick ? 3 : stride == 1 ? 1 : stride == 2 ? 2 : stride == 4 ? 5 : STRIDE_ROUNDS;
+        st->n_samples[st->n_strides] = n < st->n_rounds ? n : st->n_rounds;
         st->strides[st->n_strides++] = stride;
     }
+    return true;
 }
 
 int lum_bench_stride(const struct lum_bench_options *options)
@@ -326,8 +333,7 @@ int lum_bench_stride(const struct lum_bench_options *options)
         return fprintf(stderr, "lumend-bench: out of memory\n"), 1;
     struct stride_study *st = &b->study;
     lum_thread_init_fp();
-    plan(st, options->quick);
-    if (!load_all(st, options))
+    if (!plan(st, options) || !load_all(st, options))
         goto out;
     b->pool = st->scenes[0].world.pool;
     b->picture = lum_calloc((size_t)st->side * st->side, sizeof *b->picture);

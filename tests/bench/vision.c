@@ -10,10 +10,9 @@
  * noise of their mean. */
 #include <math.h>
 
-#include "core/metric/flip.h"
-#include "core/metric/hdrvdp.h"
 #include "tests/bench/places.h"
 #include "tests/bench/reference.h"
+#include "tests/bench/seen.h"
 #include "tests/bench/slots.h"
 #include "tests/bench/table.h"
 
@@ -21,51 +20,17 @@
 #define VPLS 256u
 
 enum { SMOOTH, CENTERS, REFERENCES }; /* antialiased; through the centres of pixels */
-enum { PLANES = 8 };                  /* two pictures of three channels, two of luminance */
-
-struct seen {
-    double p75, p95, flip; /* NAN: not compared */
-};
 
 struct rig {
     struct lum_bench_stand at;
     struct lum_bench_reference reference[REFERENCES];
     uint32_t n_slots;
-    float *igi;    /* 3 * w * h */
-    float *planes; /* PLANES * w * h */
+    float *igi; /* 3 * w * h */
 };
 
-/* ---- one picture against another ---- */
-
-/* Three planes of it, and its luminance. */
-static void take_apart(const float *rgb, size_t n, float *ret_planes, float *ret_luminance)
+static bool look(const struct rig *rig, const float *x, const float *r, struct lum_bench_seen *ret_seen)
 {
-    for (size_t i = 0; i < n; i++) {
-        for (size_t k = 0; k < 3; k++)
-            ret_planes[k * n + i] = rgb[3 * i + k];
-        ret_luminance[i] = lum_luminance(lum_rgb(rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]));
-    }
-}
-
-static bool look(struct rig *rig, const float *x, const float *r, struct seen *ret_seen)
-{
-    const uint32_t w = rig->at.settings.w, h = rig->at.settings.h;
-    const size_t n = (size_t)w * h;
-    float *p = rig->planes;
-    struct lum_error err = {0};
-    struct lum_hdrvdp_result vdp;
-    struct lum_flip_result flip;
-    struct lum_hdrflip_exposures exposures;
-    take_apart(x, n, p, p + 6 * n);
-    take_apart(r, n, p + 3 * n, p + 7 * n);
-    const struct lum_hdrvdp_input luminance = {w, h, p + 6 * n, p + 7 * n, LUM_HDRVDP_PIXELS_PER_DEGREE};
-    const struct lum_flip_input rgb = {
-        w, h, {p, p + n, p + 2 * n}, {p + 3 * n, p + 4 * n, p + 5 * n}, LUM_FLIP_PIXELS_PER_DEGREE};
-    if (lum_hdrvdp_compare(&luminance, NULL, &vdp, &err) != LUM_OK ||
-        lum_hdrflip_compare(&rgb, NULL, &flip, &exposures, &err) != LUM_OK)
-        return lum_bench_failed(err.text);
-    *ret_seen = (struct seen){100.0 * vdp.p75, 100.0 * vdp.p95, flip.mean};
-    return true;
+    return lum_bench_look(rig->at.settings.w, rig->at.settings.h, x, r, ret_seen);
 }
 
 /* ---- a scene ---- */
@@ -75,27 +40,30 @@ static const struct lum_bench_column columns[] = {
     {"method", "method", LUM_BENCH_TEXT},
     {"p75_centers", "pixel centres: P >= 75 %", 2},
     {"p95_centers", "P >= 95 %", 2},
+    {"dim75_centers", "dim: P >= 75 %", 2},
+    {"dim95_centers", "P >= 95 %", 2},
     {"flip_centers", "HDR-FLIP", 4},
     {"p75_smooth", "antialiased: P >= 75 %", 2},
     {"p95_smooth", "P >= 95 %", 2},
+    {"dim75_smooth", "dim: P >= 75 %", 2},
+    {"dim95_smooth", "P >= 95 %", 2},
     {"flip_smooth", "HDR-FLIP", 4},
     {"reference_spp", NULL, 0},
 };
 
-static void tell(const struct rig *rig, const char *what, const struct seen seen[REFERENCES],
+static void tell(const struct rig *rig, const char *what, const struct lum_bench_seen seen[REFERENCES],
                  struct lum_bench_table *table)
 {
     LUM_BENCH_TEXTS(table, rig->at.place->scene, what);
-    LUM_BENCH_NUMBERS(table, seen[CENTERS].p75, seen[CENTERS].p95, seen[CENTERS].flip, seen[SMOOTH].p75,
-                      seen[SMOOTH].p95, seen[SMOOTH].flip, (double)rig->reference[SMOOTH].spp);
+    LUM_BENCH_NUMBERS(table, seen[CENTERS].p75, seen[CENTERS].p95, seen[CENTERS].dim75, seen[CENTERS].dim95,
+                      seen[CENTERS].flip, seen[SMOOTH].p75, seen[SMOOTH].p95, seen[SMOOTH].dim75, seen[SMOOTH].dim95,
+                      seen[SMOOTH].flip, (double)rig->reference[SMOOTH].spp);
 }
-
-static const struct seen nothing = {(double)NAN, (double)NAN, (double)NAN};
 
 /* Half against half. */
 static bool look_at_references(struct rig *rig, struct lum_bench_table *table)
 {
-    struct seen seen[REFERENCES];
+    struct lum_bench_seen seen[REFERENCES];
     for (int k = 0; k < REFERENCES; k++)
         if (!look(rig, rig->reference[k].half[0], rig->reference[k].half[1], &seen[k]))
             return false;
@@ -121,7 +89,7 @@ static bool render(struct rig *rig, const struct lum_method *method, float *ret_
 
 static bool look_at_method(struct rig *rig, const struct lum_method *method, struct lum_bench_table *table)
 {
-    struct seen seen[REFERENCES] = {nothing, nothing};
+    struct lum_bench_seen seen[REFERENCES] = {LUM_BENCH_NOT_SEEN, LUM_BENCH_NOT_SEEN};
     bool smooth = method->serves[LUM_EFFECT_ANTIALIAS] != NULL;
     if (!render(rig, method, rig->at.picture))
         return false;
@@ -135,7 +103,7 @@ static bool look_at_method(struct rig *rig, const struct lum_method *method, str
 /* The second half of table 6.5. */
 static bool look_at_tic_beside_igi(struct rig *rig, struct lum_bench_table *table)
 {
-    struct seen seen[REFERENCES] = {nothing, nothing};
+    struct lum_bench_seen seen[REFERENCES] = {LUM_BENCH_NOT_SEEN, LUM_BENCH_NOT_SEEN};
     if (!render(rig, lum_method_find("tic"), rig->at.picture) || !render(rig, lum_method_find("igi"), rig->igi) ||
         !look(rig, rig->at.picture, rig->igi, &seen[CENTERS]))
         return false;
@@ -150,8 +118,7 @@ static bool open_rig(struct rig *rig)
     rig->at.settings.n_vpls = VPLS;
     const size_t n = (size_t)rig->at.settings.w * rig->at.settings.h;
     rig->igi = lum_calloc(3 * n, sizeof *rig->igi);
-    rig->planes = lum_calloc(PLANES * n, sizeof *rig->planes);
-    return (rig->igi && rig->planes) || lum_bench_failed("out of memory");
+    return rig->igi || lum_bench_failed("out of memory");
 }
 
 static bool make_references(struct rig *rig)
@@ -192,7 +159,6 @@ static void close_rig(void *of)
     for (int k = 0; k < REFERENCES; k++)
         lum_bench_reference_finish(&rig->reference[k]);
     lum_free(rig->igi);
-    lum_free(rig->planes);
     lum_bench_stand_close(&rig->at);
 }
 
@@ -202,7 +168,9 @@ int lum_bench_vision(const struct lum_bench_options *options)
     struct lum_bench_table table = LUM_BENCH_TABLE(columns);
     lum_thread_init_fp();
     bool ok = lum_bench_go(&tour, options, &table);
-    printf("HDR-VDP: %% of pixels whose error is seen with at least this probability; HDR-FLIP: mean, 0 to 1\n");
+    printf("HDR-VDP: %% of pixels whose error is seen with at least this probability; dim: of pictures of %g cd/m2 on "
+           "average;\nHDR-FLIP: mean, 0 to 1\n",
+           LUM_BENCH_DIM);
     ok = lum_bench_table_finish(&table, options, "vision") && ok;
     return ok ? 0 : 1;
 }
