@@ -21,10 +21,12 @@ import { Library } from './library';
 import { centreOf, extentOf, isLamp, isPlaced } from './lights';
 import { factsOf, type Facts } from './luminaires';
 import { LuxMeter } from './luxmeter';
+import { Materials } from './materials';
 import { Reader } from './readout';
 import { may, NOT_TO_EDIT, roleOf, type Role } from './role';
 import { Reference, type Wanted } from './reference';
 import { Meter } from './meter';
+import { methodsIn, type Method } from './methods';
 import { anchoredAt } from './placement';
 import { Presets } from './presets';
 import { hrefOf, Projects } from './projects';
@@ -37,12 +39,6 @@ import { DEFAULT_POSE, isOfLight, ViewLink } from './view';
 
 /** A lit room in the evening; shown until the server has said what its automatic exposure is. */
 const MIDDLE_EV = 8;
-export interface Method {
-    name: string;
-    summary: string;
-    /** A picture at rest gets better, and its error is known. */
-    addsSamples: boolean;
-}
 
 /** Tiles that cannot be shown are asked for again, so often in a row; then it is said, and the picture goes on as it is. */
 const MAX_RESENDS = 3;
@@ -74,6 +70,7 @@ export class App {
     readonly edits: Edits;
     readonly lux: LuxMeter;
     readonly lamps: Lamps;
+    readonly materials: Materials;
     readonly imports: Imports;
     readonly uploads: Uploads;
     readonly sensors: Sensors;
@@ -140,6 +137,7 @@ export class App {
         const picked = (): ReturnType<App['picked']> => this.picked();
         const pick = (x: number, y: number): Promise<Pick | null> => this.pick(x, y);
         this.lamps = new Lamps({ scene, edits, view, toasts, call, onError, picked, pick, ev: () => this.exposure.value.ev });
+        this.materials = new Materials({ scene, edits, toasts });
         this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.frameRecord(id), moveTo: (pose) => view.moveTo(orbitFromPose(pose)) });
         this.library = new Library({ call, pick, online: this.online, place: (...of) => this.lamps.place(...of) });
         this.uploads = new Uploads({
@@ -253,6 +251,7 @@ export class App {
         this.toasts.announce(`${pick.id}, ${pick.distance.toFixed(2)} metres away`);
         const record = this.scene.peek(pick.id);
         if (isLamp(record)) this.lamps.selected.value = pick.id;
+        this.materials.pick(record);
         const model = this.imports.importOf(record);
         this.imports.selected.value = model;
         this.lux.show(pick, model ?? (record?.type === 'object' ? record.id : null));
@@ -375,6 +374,7 @@ export class App {
         }
         this.lux.hide();
         this.lamps.selected.value = null;
+        this.materials.pick(undefined);
         this.imports.selected.value = null;
     }
 
@@ -480,6 +480,7 @@ export class App {
 
     private forgetGone(): void {
         this.lamps.forgetIfGone();
+        this.materials.forgetIfGone();
         this.imports.forgetIfGone();
     }
 
@@ -570,15 +571,6 @@ export class App {
     private report(error: Error): void {
         if (!(error instanceof ClosedError)) this.toasts.error(error);
     }
-}
-
-function methodsIn(list: Json | undefined): Method[] {
-    const rows = Array.isArray(list) ? list.filter(isObject) : [];
-    return rows.map((m) => ({
-        name: stringOr(m.name, ''),
-        summary: stringOr(m.summary, ''),
-        addsSamples: m.progressive === true || m.refines === true,
-    }));
 }
 
 function poseOf(camera: SceneRecord | undefined): CameraPose {
