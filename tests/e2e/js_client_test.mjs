@@ -104,6 +104,11 @@ test('pictures show edits, in bytes and in cd/m2', async () => {
     await view.update({ camera: { position: [0, 2, 7.4], target: [0, 2, 17] } }); // looks away from the room
     assert.equal(Math.max(...(await view.picture()).luminance()), 0);
     await assert.rejects(lit.png(), TypeError);
+    const file = Buffer.from(await lit.exr());
+    assert.deepEqual(planesOf(file, 96, 72), lit.radiance());
+    writeFileSync(join(out, 'lit.exr'), file);
+    const same = spawnSync(process.env.LUMEND, ['compare', join(out, 'lit.exr'), join(out, 'lit.exr'), '--metric', 'relmse']);
+    assert.equal(same.status, 0, `the daemon's own reader takes it: ${same.stderr}`);
     await view.close();
 
     const small = await session.view(64, 48, { spp: 1 });
@@ -113,8 +118,33 @@ test('pictures show edits, in bytes and in cd/m2', async () => {
     assert.deepEqual([png.toString('latin1', 12, 16), png.readUInt32BE(16), png.readUInt32BE(20)], ['IHDR', 64, 48]);
     const rows = inflateSync(png.subarray(png.indexOf('IDAT') + 4, -16));
     assert.deepEqual([...rows.subarray(-4)], [...picture.rgba().slice(-4)]);
+    assert.throws(() => picture.exr(), TypeError);
     await small.close();
 });
+
+/** R G B of each pixel of an EXR file of half floats in ZIP blocks of 16 rows. */
+function planesOf(file, width, height) {
+    const blocks = Math.ceil(height / 16), table = file.indexOf('whiteLuminance') + 30; // its name, type, length, value; the header's end
+    const rgb = new Float32Array(3 * width * height);
+    for (let b = 0; b < blocks; b++) {
+        const at = Number(file.readBigUInt64LE(table + 8 * b)), rows = Math.min(16, height - 16 * b), bytes = 6 * width * rows;
+        assert.equal(file.readInt32LE(at), 16 * b);
+        let block = file.subarray(at + 8, at + 8 + file.readInt32LE(at + 4));
+        if (block.length < bytes) {
+            const sorted = inflateSync(block);
+            for (let i = 1; i < bytes; i++) sorted[i] = sorted[i] + sorted[i - 1] - 128;
+            block = Buffer.from(sorted.map((_, i) => sorted[(i & 1 ? (bytes + 1) >> 1 : 0) + (i >> 1)]));
+        }
+        for (let row = 0; row < rows; row++)
+            for (let c = 0; c < 3; c++) for (let x = 0; x < width; x++) rgb[3 * (width * (16 * b + row) + x) + 2 - c] = halfAt(block, 2 * (width * (3 * row + c) + x));
+    }
+    return rgb;
+}
+
+function halfAt(bytes, at) {
+    const bits = bytes.readUInt16LE(at), exponent = (bits >> 10) & 31, fraction = bits & 1023;
+    return (bits & 0x8000 ? -1 : 1) * (exponent ? (1 + fraction / 1024) * 2 ** (exponent - 15) : fraction * 2 ** -24);
+}
 
 const HEADER = { magic: 'LUMF', flags: 1, frame: 1, x: 0, y: 0, w: 2, h: 2, fullW: 4, fullH: 2, codec: 0, downscale: 0 };
 

@@ -12,7 +12,7 @@ import { Compare, type PictureFacts, type Shot, type Side } from './compare';
 import { Convergence } from './convergence';
 import { shiningSky, type Daylight } from './daylight';
 import { Desk, deskOf } from './desk';
-import { Downloads } from './downloads';
+import { Downloads, saveAs } from './downloads';
 import { Edits } from './edits';
 import { Follower } from './follow';
 import { Imports } from './imports';
@@ -32,6 +32,7 @@ import { Presets } from './presets';
 import { hrefOf, Projects } from './projects';
 import { SceneMirror } from './scene';
 import { Sensors } from './sensors';
+import { Stills } from './stills';
 import { Toasts } from './toasts';
 import { keepToken } from './token';
 import { putByHttp, skyOps, Uploads } from './uploads';
@@ -75,6 +76,7 @@ export class App {
     readonly uploads: Uploads;
     readonly sensors: Sensors;
     readonly downloads: Downloads;
+    readonly stills: Stills;
     readonly desk: Desk;
     readonly presets: Presets;
     readonly library: Library;
@@ -147,6 +149,13 @@ export class App {
         });
         this.sensors = new Sensors({ scene, edits, pose: () => poseFromOrbit(view.orbit.value), call, onError });
         this.downloads = new Downloads({ scene, sensors: this.sensors, toasts, online: this.online, viewId: () => view.viewId, call, onError });
+        this.stills = new Stills({
+            ...{ call, onError, online: this.online, save: saveAs, announce: (text) => toasts.announce(text) },
+            ...{ method: () => view.settings.value.method, addsSamples: () => this.method.value?.addsSamples ?? false },
+            ...{ pose: () => poseFromOrbit(view.orbit.value), params: () => this.wantedReference().params },
+            notify: (method, params) => this.rpc?.notify(method, params),
+            canvas: () => document.createElement('canvas'),
+        });
         this.presets = new Presets({ scene, edits, announce: (text) => toasts.announce(text) });
         this.desk = new Desk({ scene, edits, call });
         this.reader = new Reader({
@@ -418,7 +427,7 @@ export class App {
             this.meter.roundTripMs.value = null;
             this.edits.drop();
             this.view.closed();
-            for (const part of [this.reference, this.sensors, this.presets]) part.closed();
+            for (const part of [this.reference, this.sensors, this.presets, this.stills]) part.closed();
             this.convergence.reset();
             this.awaitedEdit = null;
             this.toasts.announce('Connection lost');
@@ -513,6 +522,7 @@ export class App {
             const frame = decodeFrame(message);
             if (this.view.owns(frame.header.viewId)) this.picture?.receive(frame);
             else if (this.reference.owns(frame.header.viewId)) this.reference.receive(frame);
+            else if (this.stills.owns(frame.header.viewId)) this.stills.receive(frame);
         } catch (error) {
             this.report(error as Error);
         }

@@ -115,7 +115,7 @@ function Finish({ m }: { m: SceneRecord }) {
     const { materials } = useApp();
     const kinds = [...new Set(FINISHES.map((f) => f.kind))];
     return (
-        <label class="choice is-line">
+        <label class="choice">
             <span class="field-label">Finish</span>
             <select
                 value={finishOf(m)?.name ?? ''}
