@@ -12,6 +12,7 @@ import { fileURLToPath, pathToFileURL } from 'node:url';
 import { deflateSync, inflateSync } from 'node:zlib';
 import { certificate } from './web/certificate.mjs';
 import { Daemon } from './web/daemon.mjs';
+import { Line } from './web/line.mjs';
 
 const root = fileURLToPath(new URL('../..', import.meta.url));
 const js = join(root, 'clients/js');
@@ -229,6 +230,49 @@ test('by TLS, where the certificate is trusted', { skip: !made && 'openssl is no
     assert.match(stdout, /samples per pixel/, stderr);
     assert.match(run({}).stderr, /cannot connect/);
     assert.equal(await secure.stop(), 0);
+});
+
+test('a line that breaks is made again: edits are made once, views and listeners go on', async () => {
+    const own = new Daemon('cornell', null, ['--deterministic']);
+    await own.start();
+    const line = new Line();
+    await line.start(own.port);
+    const across = await lumend.connect(own.url.replace(`:${own.port}`, `:${line.port}`), { client: 'roamer', reconnectMs: 120_000, timeoutMs: 120_000 });
+    const beside = await lumend.connect(own.url, { client: 'beside' });
+    const told = [];
+    across.on('scene.changed', ({ scene_rev: rev }) => told.push(rev));
+    const { name } = across;
+    const view = await across.view(32, 24, { linear: true, method: 'path', spp: 2 });
+    await view.picture();
+    const first = view.id;
+
+    // The server has it, and its answer is lost on the way.
+    line.cut = { direction: 'down', before: true };
+    const edited = across.edit((edit) => edit.set(LAMP, { flux_lm: 1234 }));
+    await new Promise((gone) => line.server.once('cut', gone));
+    const rev = await beside.edit((edit) => edit.set('globe', { on: false })); // while the other is away
+    const asked = across.scene(); // waits for the line
+    line.open = true;
+    assert.equal(await edited, rev - 1, 'as it was made the first time, and once');
+    assert.equal((await asked).get('globe').on, false);
+    assert.equal(across.name, name);
+    const picture = await view.picture();
+    assert.ok(picture.sceneRev >= rev, 'the view was opened again');
+    assert.equal(typeof first, 'number');
+    assert.deepEqual(told.filter((r) => r === rev || r === rev - 1), [rev - 1, rev], 'what was missed was told, once');
+    assert.equal(await across.undo(), rev + 1);
+    assert.equal((await across.scene()).get(LAMP).flux_lm === 1234, false);
+
+    // Nobody is there any more.
+    const short = await lumend.connect(own.url.replace(`:${own.port}`, `:${line.port}`), { reconnectMs: 300 });
+    line.break();
+    await assert.rejects(short.wait(() => null, 'it', () => null), lumend.ClosedError);
+    await assert.rejects(short.scene(), lumend.ClosedError);
+    line.open = true;
+    await across.undo().catch(() => undefined); // comes back, or has nothing to undo
+    for (const session of [across, beside, short]) await session.close();
+    await line.close();
+    assert.equal(await own.stop(), 0, own.log);
 });
 
 test('a server that stops, or is none, is told', async () => {
