@@ -12,6 +12,7 @@ import { fileURLToPath, pathToFileURL } from 'node:url';
 import { deflateSync, inflateSync } from 'node:zlib';
 import { certificate } from './web/certificate.mjs';
 import { Daemon } from './web/daemon.mjs';
+import { Line } from './web/line.mjs';
 
 const root = fileURLToPath(new URL('../..', import.meta.url));
 const js = join(root, 'clients/js');
@@ -104,6 +105,11 @@ test('pictures show edits, in bytes and in cd/m2', async () => {
     await view.update({ camera: { position: [0, 2, 7.4], target: [0, 2, 17] } }); // looks away from the room
     assert.equal(Math.max(...(await view.picture()).luminance()), 0);
     await assert.rejects(lit.png(), TypeError);
+    const file = Buffer.from(await lit.exr());
+    assert.deepEqual(planesOf(file, 96, 72), lit.radiance());
+    writeFileSync(join(out, 'lit.exr'), file);
+    const same = spawnSync(process.env.LUMEND, ['compare', join(out, 'lit.exr'), join(out, 'lit.exr'), '--metric', 'relmse']);
+    assert.equal(same.status, 0, `the daemon's own reader takes it: ${same.stderr}`);
     await view.close();
 
     const small = await session.view(64, 48, { spp: 1 });
@@ -113,8 +119,33 @@ test('pictures show edits, in bytes and in cd/m2', async () => {
     assert.deepEqual([png.toString('latin1', 12, 16), png.readUInt32BE(16), png.readUInt32BE(20)], ['IHDR', 64, 48]);
     const rows = inflateSync(png.subarray(png.indexOf('IDAT') + 4, -16));
     assert.deepEqual([...rows.subarray(-4)], [...picture.rgba().slice(-4)]);
+    assert.throws(() => picture.exr(), TypeError);
     await small.close();
 });
+
+/** R G B of each pixel of an EXR file of half floats in ZIP blocks of 16 rows. */
+function planesOf(file, width, height) {
+    const blocks = Math.ceil(height / 16), table = file.indexOf('whiteLuminance') + 30; // its name, type, length, value; the header's end
+    const rgb = new Float32Array(3 * width * height);
+    for (let b = 0; b < blocks; b++) {
+        const at = Number(file.readBigUInt64LE(table + 8 * b)), rows = Math.min(16, height - 16 * b), bytes = 6 * width * rows;
+        assert.equal(file.readInt32LE(at), 16 * b);
+        let block = file.subarray(at + 8, at + 8 + file.readInt32LE(at + 4));
+        if (block.length < bytes) {
+            const sorted = inflateSync(block);
+            for (let i = 1; i < bytes; i++) sorted[i] = sorted[i] + sorted[i - 1] - 128;
+            block = Buffer.from(sorted.map((_, i) => sorted[(i & 1 ? (bytes + 1) >> 1 : 0) + (i >> 1)]));
+        }
+        for (let row = 0; row < rows; row++)
+            for (let c = 0; c < 3; c++) for (let x = 0; x < width; x++) rgb[3 * (width * (16 * b + row) + x) + 2 - c] = halfAt(block, 2 * (width * (3 * row + c) + x));
+    }
+    return rgb;
+}
+
+function halfAt(bytes, at) {
+    const bits = bytes.readUInt16LE(at), exponent = (bits >> 10) & 31, fraction = bits & 1023;
+    return (bits & 0x8000 ? -1 : 1) * (exponent ? (1 + fraction / 1024) * 2 ** (exponent - 15) : fraction * 2 ** -24);
+}
 
 const HEADER = { magic: 'LUMF', flags: 1, frame: 1, x: 0, y: 0, w: 2, h: 2, fullW: 4, fullH: 2, codec: 0, downscale: 0 };
 
@@ -199,6 +230,49 @@ test('by TLS, where the certificate is trusted', { skip: !made && 'openssl is no
     assert.match(stdout, /samples per pixel/, stderr);
     assert.match(run({}).stderr, /cannot connect/);
     assert.equal(await secure.stop(), 0);
+});
+
+test('a line that breaks is made again: edits are made once, views and listeners go on', async () => {
+    const own = new Daemon('cornell', null, ['--deterministic']);
+    await own.start();
+    const line = new Line();
+    await line.start(own.port);
+    const across = await lumend.connect(own.url.replace(`:${own.port}`, `:${line.port}`), { client: 'roamer', reconnectMs: 120_000, timeoutMs: 120_000 });
+    const beside = await lumend.connect(own.url, { client: 'beside' });
+    const told = [];
+    across.on('scene.changed', ({ scene_rev: rev }) => told.push(rev));
+    const { name } = across;
+    const view = await across.view(32, 24, { linear: true, method: 'path', spp: 2 });
+    await view.picture();
+    const first = view.id;
+
+    // The server has it, and its answer is lost on the way.
+    line.cut = { direction: 'down', before: true };
+    const edited = across.edit((edit) => edit.set(LAMP, { flux_lm: 1234 }));
+    await new Promise((gone) => line.server.once('cut', gone));
+    const rev = await beside.edit((edit) => edit.set('globe', { on: false })); // while the other is away
+    const asked = across.scene(); // waits for the line
+    line.open = true;
+    assert.equal(await edited, rev - 1, 'as it was made the first time, and once');
+    assert.equal((await asked).get('globe').on, false);
+    assert.equal(across.name, name);
+    const picture = await view.picture();
+    assert.ok(picture.sceneRev >= rev, 'the view was opened again');
+    assert.equal(typeof first, 'number');
+    assert.deepEqual(told.filter((r) => r === rev || r === rev - 1), [rev - 1, rev], 'what was missed was told, once');
+    assert.equal(await across.undo(), rev + 1);
+    assert.equal((await across.scene()).get(LAMP).flux_lm === 1234, false);
+
+    // Nobody is there any more.
+    const short = await lumend.connect(own.url.replace(`:${own.port}`, `:${line.port}`), { reconnectMs: 300 });
+    line.break();
+    await assert.rejects(short.wait(() => null, 'it', () => null), lumend.ClosedError);
+    await assert.rejects(short.scene(), lumend.ClosedError);
+    line.open = true;
+    await across.undo().catch(() => undefined); // comes back, or has nothing to undo
+    for (const session of [across, beside, short]) await session.close();
+    await line.close();
+    assert.equal(await own.stop(), 0, own.log);
 });
 
 test('a server that stops, or is none, is told', async () => {

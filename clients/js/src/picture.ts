@@ -1,6 +1,8 @@
 /** Pictures of a view, and the tiles that they come in (protocol/PROTOCOL.md, section 5). */
 import { Codec, Flag, Kind, type Frame, type FrameHeader } from './frame.js';
+import { exrFile } from './exr.js';
 import type { FrameStats } from './records.js';
+import { joined, through } from './streams.js';
 
 const BYTES_PER_PIXEL: Readonly<Record<number, number>> = { [Codec.rgba8]: 4, [Codec.halfDeflate]: 8 };
 
@@ -8,32 +10,6 @@ export interface Tile {
     header: FrameHeader;
     /** RGBA bytes, or RGB1 half floats; rows from the top. */
     pixels: Uint8Array;
-}
-
-/** Those bytes through a stream; more than `limit` of them are refused before they are kept. */
-async function through(bytes: Uint8Array, stream: GenericTransformStream, limit: number): Promise<Uint8Array> {
-    const reader = (new Blob([bytes as BlobPart]).stream().pipeThrough(stream) as ReadableStream<Uint8Array>).getReader();
-    const parts: Uint8Array[] = [];
-    let length = 0;
-    for (let part = await reader.read(); !part.done; part = await reader.read()) {
-        length += part.value.length;
-        if (length > limit) {
-            await reader.cancel();
-            throw new RangeError(`a tile that unpacks to more than ${limit} bytes`);
-        }
-        parts.push(part.value);
-    }
-    return joined(parts);
-}
-
-function joined(parts: readonly Uint8Array[]): Uint8Array {
-    const all = new Uint8Array(parts.reduce((sum, part) => sum + part.length, 0));
-    let at = 0;
-    for (const part of parts) {
-        all.set(part, at);
-        at += part.length;
-    }
-    return all;
 }
 
 /** Null: of a kind that this client does not know. */
@@ -131,6 +107,12 @@ export class Picture {
     luminance(): Float32Array {
         const rgb = this.radiance();
         return Float32Array.from({ length: rgb.length / 3 }, (_, i) => 0.2126 * rgb[3 * i]! + 0.7152 * rgb[3 * i + 1]! + 0.0722 * rgb[3 * i + 2]!);
+    }
+
+    /** The file's bytes: OpenEXR, half floats, ZIP; Y = 1 stands for 1 cd/m2. */
+    exr(): Promise<Uint8Array> {
+        if (!this.linear) throw new TypeError('only views opened with linear: true tell cd/m2');
+        return exrFile(this.width, this.height, this.bytes);
     }
 
     /** The file's bytes. */

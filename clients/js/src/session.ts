@@ -4,7 +4,7 @@ import { decodeFrame, Flag, type FrameHeader } from './frame.js';
 import type { Answers, Notifications, Params, SensorValue, SessionLimits, ViewMembers } from './messages.js';
 import { Canvas, readTile, type Picture, type Tile } from './picture.js';
 import type { FrameStats, Method, Records } from './records.js';
-import { ClosedError, Rpc, type JsonObject } from './rpc.js';
+import { ClosedError, Rpc, RpcError, type JsonObject } from './rpc.js';
 import { addressOf, openSocket } from './socket.js';
 
 export interface ConnectOptions {
@@ -14,26 +14,49 @@ export interface ConnectOptions {
     project?: string;
     /** What is waited for comes within that time, or fails; what grows better meanwhile has it for each next step. */
     timeoutMs?: number;
+    /**
+     * For how long a connection that broke is tried anew. The session then goes on: its name, its undo, its views, its sensors; edits
+     * that were not answered are made once, whether or not the server had them. 0, the default: what waits fails with ClosedError.
+     */
+    reconnectMs?: number;
 }
 
 /** As scene.get tells it with expand: the fields of its type, null where they are left out. Arrays in bulk are counts. */
 export type SceneRecord = { [T in keyof Records]: { type: T } & Partial<Records[T]> }[keyof Records];
 
 const TIMEOUT_MS = 60_000;
+/** WebSocket.CLOSED, of whatever class. */
+const CLOSED = 3;
 
 /** page: as the server prints it. */
 export async function connect(page: string, options: ConnectOptions = {}): Promise<Session> {
     const { address, token, project } = addressOf(page);
-    const session = new Session(await openSocket(address), options.timeoutMs ?? TIMEOUT_MS);
+    const wanted = options.project ?? project;
+    const hello = { client: options.client ?? 'javascript', ...(token !== null && { token }), ...(wanted && { project: wanted }) };
+    const session = new Session(await openSocket(address), options.timeoutMs ?? TIMEOUT_MS, { address, hello, forMs: options.reconnectMs ?? 0 });
     try {
-        const wanted = options.project ?? project;
-        await session.hello({ client: options.client ?? 'javascript', ...(token !== null && { token }), ...(wanted && { project: wanted }) });
+        await session.hello(hello);
     } catch (error) {
         await session.close();
         throw error;
     }
     return session;
 }
+
+/** How a session comes back. */
+interface Return {
+    address: string;
+    hello: Params['session.hello'];
+    forMs: number;
+}
+
+const FIRST_RETRY_MS = 100;
+const LAST_RETRY_MS = 5000;
+/** Close codes after which there is no coming back: wrong token, taken away, ended by an administrator, gone on elsewhere. */
+const FINAL: readonly number[] = [4001, 4003, 4004, 4009];
+
+/** Change nothing, and are of no view: where the connection breaks before the answer they are asked again. */
+const QUESTIONS: readonly Method[] = ['scene.get', 'stats.get', 'daylight', 'photometry', 'bounds', 'probe', 'sensor.read', 'asset.list', 'asset.photometry', 'project.list', 'version.list'];
 
 type Listener<N extends keyof Notifications> = (params: Notifications[N]) => void;
 
@@ -47,8 +70,19 @@ export class Session {
     project: Answers['session.hello']['project'] = null;
     /** The newest revision of the scene that is known. */
     sceneRev = 0;
-    private readonly rpc: Rpc;
+    private rpc!: Rpc;
+    private socket!: WebSocket;
+    private key = '';
+    /** The last hello went on with the session that broke. */
+    private resumed = false;
+    /** While the connection is away: until it is there again, or for good. */
+    private away: Promise<void> | null = null;
+    private edits = 0;
+    /** Tells this page's edits from those of others with its name. */
+    private readonly prefix = Math.random().toString(36).slice(2, 10);
     private readonly views = new Map<number, View>();
+    /** Those of them that somebody has. */
+    private readonly opened = new Set<View>();
     private readonly sensors = new Map<string, SensorValue>();
     private readonly listeners = new Map<string, Set<(params: never) => void>>();
     /** Looked at again after each message. */
@@ -58,32 +92,85 @@ export class Session {
     /** What was told last of the project that is being opened. */
     private opening: unknown = null;
     private broken: Error | null = null;
-    private readonly closed: Promise<void>;
+    private ended: () => void = () => undefined;
+    private readonly closed = new Promise<void>((resolve) => (this.ended = resolve));
 
     /** Of connect(). */
     constructor(
-        private readonly socket: WebSocket,
+        socket: WebSocket,
         private readonly timeoutMs: number,
+        private readonly back: Return,
     ) {
+        this.attach(socket);
+    }
+
+    private attach(socket: WebSocket): void {
+        this.socket = socket;
         this.rpc = new Rpc((text) => socket.send(text), (method, params) => this.notified(method, params));
-        socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => this.received(event.data);
+        socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => socket === this.socket && this.received(event.data);
         socket.onerror = null;
-        this.closed = new Promise((resolve) => {
-            socket.onclose = (event) => {
-                this.end(new ClosedError(event.reason || `the connection is closed (${event.code})`));
-                resolve();
-            };
-        });
+        socket.onclose = (event) => this.lost(event);
+    }
+
+    private lost(event: { code: number; reason: string }): void {
+        const why = new ClosedError(event.reason || `the connection is closed (${event.code})`);
+        if (this.broken || this.key === '' || this.back.forMs <= 0 || FINAL.includes(event.code)) {
+            this.end(why);
+            this.ended();
+            return;
+        }
+        this.rpc.close();
+        if (!this.away) {
+            this.away = this.comeBack(why).finally(() => (this.away = null));
+            this.away.catch(() => undefined); // who waits for it hears of it
+        }
     }
 
     async hello(params: Params['session.hello']): Promise<void> {
         const hello = await this.greeted(params);
         this.name = hello.session;
+        this.key = hello.key;
+        this.resumed = hello.resumed;
         this.role = hello.role;
         this.saved = hello.saved;
         this.project = hello.project;
         this.limits = hello.limits;
-        this.sceneRev = Math.max(this.sceneRev, hello.scene_rev ?? 0);
+        this.sceneRev = Math.max(this.resumed || params.resume === undefined ? this.sceneRev : 0, hello.scene_rev ?? 0);
+    }
+
+    /** Until the server is there, or the time is over. Views are of a connection: they are opened again. */
+    private async comeBack(why: Error): Promise<void> {
+        const until = Date.now() + this.back.forMs;
+        for (let pause = FIRST_RETRY_MS; !this.broken; pause = Math.min(2 * pause, LAST_RETRY_MS)) {
+            await new Promise((resolve) => setTimeout(resolve, Math.min(pause, Math.max(0, until - Date.now()))));
+            try {
+                await this.resume();
+                this.news();
+                return;
+            } catch (error) {
+                if (error instanceof RpcError || Date.now() >= until) this.end(error instanceof RpcError ? error : why);
+            }
+        }
+        this.ended();
+        throw this.broken;
+    }
+
+    private async resume(): Promise<void> {
+        const socket = await openSocket(this.back.address);
+        if (this.broken) return socket.close(1000);
+        this.tiles = Promise.resolve();
+        this.attach(socket);
+        await this.hello({ ...this.back.hello, resume: this.name, key: this.key, scene_rev: this.sceneRev });
+        if (this.watching) await this.rpc.call('sensor.watch', { on: true, points: true });
+        this.views.clear();
+        for (const view of this.opened) await this.reopen(view);
+    }
+
+    /** Frames of it may have come before the answer that tells its new number. */
+    private async reopen(view: View): Promise<void> {
+        const { view_id: id } = (await this.rpc.call('view.open', view.renewed())) as unknown as Answers['view.open'];
+        view.goOn(id, this.views.get(id));
+        this.views.set(id, view);
     }
 
     /** The time begins anew whenever the server tells that it is opening the project. */
@@ -103,6 +190,7 @@ export class Session {
     async close(): Promise<void> {
         this.end(new ClosedError('the session was closed'));
         this.socket.close(1000);
+        if (this.socket.readyState === CLOSED) this.ended(); // it was away, and nothing tells of it any more
         await this.closed;
     }
 
@@ -110,8 +198,14 @@ export class Session {
 
     /** Any request of PROTOCOL.md. Fails with RpcError where the server refuses, with ClosedError where it is gone. */
     call<M extends Method>(method: M, params: Params[M], timeoutMs = this.timeoutMs): Promise<Answers[M]> {
+        if (this.away) return within(this.away, timeoutMs, 'no connection').then(() => this.call(method, params, timeoutMs));
         const answer = this.rpc.call(method, params as JsonObject) as Promise<unknown> as Promise<Answers[M]>;
-        return within(answer, timeoutMs, `no answer to ${method}`);
+        const asked = within(answer, timeoutMs, `no answer to ${method}`);
+        if (!QUESTIONS.includes(method)) return asked;
+        return asked.catch((error: unknown) => {
+            if (error instanceof ClosedError && this.away) return this.call(method, params, timeoutMs);
+            throw error;
+        });
     }
 
     /** A request without an answer: for view.update while something is dragged. */
@@ -223,15 +317,29 @@ export class Session {
     }
 
     async apply(ops: readonly JsonObject[], members: Omit<Params['scene.apply'], 'ops'> = {}): Promise<number> {
-        return this.revOf(await this.call('scene.apply', { ops, ...members }));
+        return this.revOf(await this.made('scene.apply', { ops, ...members }));
     }
 
     async undo(): Promise<number> {
-        return this.revOf(await this.call('scene.undo', {}));
+        return this.revOf(await this.made('scene.undo', {}));
     }
 
     async redo(): Promise<number> {
-        return this.revOf(await this.call('scene.redo', {}));
+        return this.revOf(await this.made('scene.redo', {}));
+    }
+
+    /** An edit, once: where the connection breaks before its answer it is sent again by its op_id, and the server knows whether it had it. */
+    private async made<M extends 'scene.apply' | 'scene.undo' | 'scene.redo'>(method: M, params: Params[M]): Promise<Answers[M]> {
+        const edit = { op_id: `${this.prefix}-${++this.edits}`, ...params };
+        for (let repeat = false; ; repeat = true) {
+            try {
+                return await this.call(method, { ...edit, ...(repeat && { repeat }) });
+            } catch (error) {
+                if (!(error instanceof ClosedError) || !this.away) throw error;
+                await this.away;
+                if (!this.resumed) throw new ClosedError('the server does not know this session any more: nobody can tell whether this edit was made');
+            }
+        }
     }
 
     private revOf({ scene_rev: rev }: { scene_rev: number }): number {
@@ -245,12 +353,17 @@ export class Session {
     async view(width: number, height: number, members: Omit<ViewMembers, 'size' | 'codec'> & { linear?: boolean } = {}): Promise<View> {
         const { linear = false, ...rest } = members;
         const codec = linear ? 'half_deflate' : 'rgba8';
-        return this.viewOf((await this.call('view.open', { ...rest, size: [width, height], codec })).view_id);
+        const opened: ViewMembers & { size: readonly [number, number] } = { ...rest, size: [width, height], codec };
+        const view = this.viewOf((await this.call('view.open', opened)).view_id);
+        view.opened(opened);
+        this.opened.add(view);
+        return view;
     }
 
     /** Of View.close(). */
-    forget(viewId: number): void {
-        this.views.delete(viewId);
+    forget(view: View): void {
+        this.opened.delete(view);
+        this.views.delete(view.id);
     }
 
     /** What a sensor says of the scene as it is, as soon as that is `enough`; when nothing else is said: as exact as it gets. */
@@ -282,15 +395,35 @@ async function within<T>(promise: Promise<T>, timeoutMs: number, what: string): 
 
 /** Of Session.view(). */
 export class View {
-    private readonly canvas = new Canvas();
-    private readonly stats = new Map<number, FrameStats>();
+    private canvas = new Canvas();
+    private stats = new Map<number, FrameStats>();
     private cameraSeq = 0;
     private last: FrameHeader | null = null;
+    /** What it was asked for in all. */
+    private members: JsonObject = {};
 
     constructor(
         private readonly session: Session,
-        readonly id: number,
+        /** On a new connection it is another one. */
+        public id: number,
     ) {}
+
+    opened(members: ViewMembers): void {
+        this.members = members as unknown as JsonObject;
+    }
+
+    /** What opens it again as it is. */
+    renewed(): JsonObject {
+        return { ...this.members, camera_seq: ++this.cameraSeq };
+    }
+
+    /** As view `id` of a new connection; early: what came of that already. */
+    goOn(id: number, early: View | undefined): void {
+        this.id = id;
+        this.canvas = early?.canvas ?? new Canvas();
+        this.stats = early?.stats ?? new Map<number, FrameStats>();
+        this.last = early?.last ?? null;
+    }
 
     /** True: a frame is whole. */
     take(tile: Tile): boolean {
@@ -319,6 +452,7 @@ export class View {
     }
 
     async update(members: Omit<ViewMembers, 'codec' | 'camera_seq'>): Promise<void> {
+        Object.assign(this.members, members);
         await this.session.call('view.update', { ...members, view_id: this.id, camera_seq: ++this.cameraSeq });
     }
 
@@ -334,6 +468,6 @@ export class View {
 
     async close(): Promise<void> {
         await this.session.call('view.close', { view_id: this.id });
-        this.session.forget(this.id);
+        this.session.forget(this);
     }
 }

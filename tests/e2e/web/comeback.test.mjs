@@ -1,49 +1,12 @@
 // A line that breaks while somebody works: nothing is lost, nothing is done twice, and an old picture looks old. Scene: room.jsonl.
 import assert from 'node:assert/strict';
-import { connect, createServer } from 'node:net';
 import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { eventually, launch, open, settled } from './browser.mjs';
 import { Daemon } from './daemon.mjs';
+import { Line } from './line.mjs';
 
 const ROOM = fileURLToPath(new URL('room.jsonl', import.meta.url));
-
-/** A line that is cut once `cut` bytes more have gone up, or a first byte has come down; and is whole again when `open` is. */
-class Line {
-    sockets = new Set();
-    open = true;
-    cut = null;
-    async start(port) {
-        this.server = createServer((client) => {
-            if (!this.open) return client.destroy();
-            const upstream = connect(port, '127.0.0.1');
-            this.sockets.add(client).add(upstream);
-            client.on('data', (chunk) => this.pass('up', chunk, upstream));
-            upstream.on('data', (chunk) => this.pass('down', chunk, client));
-            for (const [one, other] of [[client, upstream], [upstream, client]]) {
-                one.on('error', () => undefined);
-                one.on('close', () => other.destroy());
-            }
-        });
-        await new Promise((ready) => this.server.listen(0, '127.0.0.1', ready));
-        this.port = this.server.address().port;
-    }
-    pass(direction, chunk, to) {
-        if (this.cut?.direction === direction && !this.cut.before) to.write(chunk);
-        if (this.cut?.direction === direction) return this.break();
-        to.write(chunk);
-    }
-    break() {
-        this.open = false;
-        this.cut = null;
-        for (const socket of this.sockets) socket.destroy();
-        this.sockets.clear();
-    }
-    close() {
-        this.break();
-        return new Promise((closed) => this.server.close(closed));
-    }
-}
 
 const line = new Line();
 let daemon, context, tab, page, other;

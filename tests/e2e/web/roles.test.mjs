@@ -59,6 +59,14 @@ test('who may look sees the scene and all values, turns the camera, and is told 
     assert.equal(await page.locator('.toast').count(), 1, 'it is said once');
     await page.locator('.stage').click({ position: { x: 200, y: 250 } });
     await page.locator('.reading', { hasText: 'not measure' }).waitFor();
+    const material = page.getByRole('region', { name: 'Material' });
+    await material.getByRole('button', { name: /^More/ }).click();
+    for (const name of ['Reflectance ρ', 'Transmittance τ']) {
+        const field = material.getByRole('spinbutton', { name });
+        assert.match(await field.inputValue(), /^\d/, name);
+        assert.ok(await field.isDisabled(), name);
+        assert.ok(await material.getByRole('slider', { name }).isDisabled(), name);
+    }
     await page.getByLabel('Solo accent').click();
     await settled(tab);
     assert.deepEqual([...edits(tab), ...probes(tab)], []);

@@ -43,15 +43,20 @@ export function unitLuminance(c: Vec3): Vec3 {
 const encode = (v: number): number => (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055);
 const decode = (v: number): number => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
 
-/** "#rrggbb" of the brightest screen colour with this hue. */
-export function swatch(c: Vec3): string {
-    const top = Math.max(c[0], c[1], c[2]);
-    if (!(top > 0) || !Number.isFinite(top)) return '#000000';
+/** "#rrggbb" of a colour of a surface: 1 is white. */
+export function hexOf(c: Vec3): string {
     const hex = (v: number): string =>
-        Math.round(255 * encode(Math.min(1, Math.max(0, v / top))))
+        Math.round(255 * encode(Math.min(1, Math.max(0, v))))
             .toString(16)
             .padStart(2, '0');
     return `#${hex(c[0])}${hex(c[1])}${hex(c[2])}`;
+}
+
+/** Of the brightest screen colour with this hue. */
+export function swatch(c: Vec3): string {
+    const top = Math.max(c[0], c[1], c[2]);
+    if (!(top > 0) || !Number.isFinite(top)) return '#000000';
+    return hexOf([c[0] / top, c[1] / top, c[2] / top]);
 }
 
 /** Linear Rec.709 of "#rrggbb". */

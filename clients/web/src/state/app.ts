@@ -12,7 +12,7 @@ import { Compare, type PictureFacts, type Shot, type Side } from './compare';
 import { Convergence } from './convergence';
 import { shiningSky, type Daylight } from './daylight';
 import { Desk, deskOf } from './desk';
-import { Downloads } from './downloads';
+import { Downloads, saveAs } from './downloads';
 import { Edits } from './edits';
 import { Follower } from './follow';
 import { Imports } from './imports';
@@ -21,15 +21,18 @@ import { Library } from './library';
 import { centreOf, extentOf, isLamp, isPlaced } from './lights';
 import { factsOf, type Facts } from './luminaires';
 import { LuxMeter } from './luxmeter';
+import { Materials } from './materials';
 import { Reader } from './readout';
 import { may, NOT_TO_EDIT, roleOf, type Role } from './role';
 import { Reference, type Wanted } from './reference';
 import { Meter } from './meter';
+import { methodsIn, type Method } from './methods';
 import { anchoredAt } from './placement';
 import { Presets } from './presets';
 import { hrefOf, Projects } from './projects';
 import { SceneMirror } from './scene';
 import { Sensors } from './sensors';
+import { Stills } from './stills';
 import { Toasts } from './toasts';
 import { keepToken } from './token';
 import { putByHttp, skyOps, Uploads } from './uploads';
@@ -37,12 +40,6 @@ import { DEFAULT_POSE, isOfLight, ViewLink } from './view';
 
 /** A lit room in the evening; shown until the server has said what its automatic exposure is. */
 const MIDDLE_EV = 8;
-export interface Method {
-    name: string;
-    summary: string;
-    /** A picture at rest gets better, and its error is known. */
-    addsSamples: boolean;
-}
 
 /** Tiles that cannot be shown are asked for again, so often in a row; then it is said, and the picture goes on as it is. */
 const MAX_RESENDS = 3;
@@ -74,10 +71,12 @@ export class App {
     readonly edits: Edits;
     readonly lux: LuxMeter;
     readonly lamps: Lamps;
+    readonly materials: Materials;
     readonly imports: Imports;
     readonly uploads: Uploads;
     readonly sensors: Sensors;
     readonly downloads: Downloads;
+    readonly stills: Stills;
     readonly desk: Desk;
     readonly presets: Presets;
     readonly library: Library;
@@ -140,6 +139,7 @@ export class App {
         const picked = (): ReturnType<App['picked']> => this.picked();
         const pick = (x: number, y: number): Promise<Pick | null> => this.pick(x, y);
         this.lamps = new Lamps({ scene, edits, view, toasts, call, onError, picked, pick, ev: () => this.exposure.value.ev });
+        this.materials = new Materials({ scene, edits, toasts });
         this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.frameRecord(id), moveTo: (pose) => view.moveTo(orbitFromPose(pose)) });
         this.library = new Library({ call, pick, online: this.online, place: (...of) => this.lamps.place(...of) });
         this.uploads = new Uploads({
@@ -149,6 +149,13 @@ export class App {
         });
         this.sensors = new Sensors({ scene, edits, pose: () => poseFromOrbit(view.orbit.value), call, onError });
         this.downloads = new Downloads({ scene, sensors: this.sensors, toasts, online: this.online, viewId: () => view.viewId, call, onError });
+        this.stills = new Stills({
+            ...{ call, onError, online: this.online, save: saveAs, announce: (text) => toasts.announce(text) },
+            ...{ method: () => view.settings.value.method, addsSamples: () => this.method.value?.addsSamples ?? false },
+            ...{ pose: () => poseFromOrbit(view.orbit.value), params: () => this.wantedReference().params },
+            notify: (method, params) => this.rpc?.notify(method, params),
+            canvas: () => document.createElement('canvas'),
+        });
         this.presets = new Presets({ scene, edits, announce: (text) => toasts.announce(text) });
         this.desk = new Desk({ scene, edits, call });
         this.reader = new Reader({
@@ -253,6 +260,7 @@ export class App {
         this.toasts.announce(`${pick.id}, ${pick.distance.toFixed(2)} metres away`);
         const record = this.scene.peek(pick.id);
         if (isLamp(record)) this.lamps.selected.value = pick.id;
+        this.materials.pick(record);
         const model = this.imports.importOf(record);
         this.imports.selected.value = model;
         this.lux.show(pick, model ?? (record?.type === 'object' ? record.id : null));
@@ -375,6 +383,7 @@ export class App {
         }
         this.lux.hide();
         this.lamps.selected.value = null;
+        this.materials.pick(undefined);
         this.imports.selected.value = null;
     }
 
@@ -418,7 +427,7 @@ export class App {
             this.meter.roundTripMs.value = null;
             this.edits.drop();
             this.view.closed();
-            for (const part of [this.reference, this.sensors, this.presets]) part.closed();
+            for (const part of [this.reference, this.sensors, this.presets, this.stills]) part.closed();
             this.convergence.reset();
             this.awaitedEdit = null;
             this.toasts.announce('Connection lost');
@@ -480,6 +489,7 @@ export class App {
 
     private forgetGone(): void {
         this.lamps.forgetIfGone();
+        this.materials.forgetIfGone();
         this.imports.forgetIfGone();
     }
 
@@ -512,6 +522,7 @@ export class App {
             const frame = decodeFrame(message);
             if (this.view.owns(frame.header.viewId)) this.picture?.receive(frame);
             else if (this.reference.owns(frame.header.viewId)) this.reference.receive(frame);
+            else if (this.stills.owns(frame.header.viewId)) this.stills.receive(frame);
         } catch (error) {
             this.report(error as Error);
         }
@@ -570,15 +581,6 @@ export class App {
     private report(error: Error): void {
         if (!(error instanceof ClosedError)) this.toasts.error(error);
     }
-}
-
-function methodsIn(list: Json | undefined): Method[] {
-    const rows = Array.isArray(list) ? list.filter(isObject) : [];
-    return rows.map((m) => ({
-        name: stringOr(m.name, ''),
-        summary: stringOr(m.summary, ''),
-        addsSamples: m.progressive === true || m.refines === true,
-    }));
 }
 
 function poseOf(camera: SceneRecord | undefined): CameraPose {

@@ -40,7 +40,7 @@ export class Downloads {
     }
 
     picture({ name, canvas }: Shot): void {
-        canvas.toBlob((blob) => blob && save(`${name}.png`, blob, 'image/png'));
+        canvas.toBlob((blob) => blob && saveAs(`${name}.png`, blob));
     }
 
     async csv(): Promise<void> {
@@ -70,9 +70,11 @@ export class Downloads {
     }
 }
 
-function save(name: string, text: BlobPart, type: string): void {
+const save = (name: string, text: BlobPart, type: string): void => saveAs(name, new Blob([text], { type }));
+
+export function saveAs(name: string, blob: Blob): void {
     const link = document.createElement('a');
-    link.href = URL.createObjectURL(new Blob([text], { type }));
+    link.href = URL.createObjectURL(blob);
     link.download = name;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 60_000);

@@ -49,7 +49,7 @@ function replaceIn(node: Json | undefined, keys: string[], value: Json): Json | 
 
 const withoutOp = (op: JsonObject): JsonObject => Object.fromEntries(Object.entries(op).filter(([key]) => key !== 'op'));
 
-const LISTED = ['light', 'camera', 'import', 'sensor', 'patch', 'preset'] as const;
+const LISTED = ['light', 'camera', 'import', 'sensor', 'patch', 'preset', 'material'] as const;
 type Listed = (typeof LISTED)[number];
 
 export class SceneMirror {
@@ -63,6 +63,7 @@ export class SceneMirror {
         sensor: signal([]),
         patch: signal([]),
         preset: signal([]),
+        material: signal([]),
     };
     private confirmed = new Map<string, SceneRecord>();
     private readonly shown = new Map<string, Signal<SceneRecord | undefined>>();
@@ -85,6 +86,13 @@ export class SceneMirror {
     idsOfType(type: string): string[] {
         const ids: string[] = [];
         for (const record of this.confirmed.values()) if (record.type === type) ids.push(record.id);
+        return ids;
+    }
+
+    /** The objects that are made of it, in scene order, without subscribing. */
+    objectsOf(material: string): string[] {
+        const ids: string[] = [];
+        for (const record of this.confirmed.values()) if (record.type === 'object' && record.material === material) ids.push(record.id);
         return ids;
     }
 

@@ -11,6 +11,7 @@ import { ImportPanel } from './ImportPanel';
 import { handleKey } from './keymap';
 import { DragGhost, LibraryPanel } from './LibraryPanel';
 import { LightList } from './LightList';
+import { MaterialPanel } from './MaterialPanel';
 import { PresetPanel } from './PresetPanel';
 import { ProjectsDialog, StartPage } from './Projects';
 import { SectionNav } from './SectionNav';
@@ -40,6 +41,7 @@ export function Layout() {
                     <LightList />
                     <PresetPanel />
                     <LibraryPanel />
+                    <MaterialPanel />
                     <DaylightPanel />
                     <SensorPanel />
                     <DeskPanel />

@@ -171,8 +171,8 @@ export function SoloButton({ name, label, n, tabIndex }: { name: string; label: 
     );
 }
 
-/** Lights up for a moment when somebody else edits this light. A new key restarts the animation. */
-function OthersMark({ id }: { id: string }) {
+/** Lights up for a moment when somebody else edits this record. A new key restarts the animation. */
+export function OthersMark({ id }: { id: string }) {
     const { ids, count } = useApp().touchedByOthers.value;
     return ids.has(id) ? <span key={count} class="others-mark" aria-hidden="true" /> : null;
 }

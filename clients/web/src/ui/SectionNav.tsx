@@ -6,6 +6,7 @@ const SECTIONS: [string, string][] = [
     ['lights-title', 'Lights'],
     ['presets-title', 'Presets'],
     ['library-title', 'Luminaires'],
+    ['material-title', 'Material'],
     ['daylight-title', 'Daylight'],
     ['sensors-title', 'Measure'],
     ['view-title', 'Picture'],
@@ -16,7 +17,7 @@ const SECTIONS: [string, string][] = [
 ];
 
 /** Goes to a section: its heading takes the focus, so that the Tab key goes on from there. */
-function goTo(id: string): void {
+export function goTo(id: string): void {
     const title = document.getElementById(id);
     if (!title) return;
     title.tabIndex = -1;

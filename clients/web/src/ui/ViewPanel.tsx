@@ -6,6 +6,7 @@ import { kelvinOfAll } from '../state/lights';
 import { OVERLAYS, RESOLUTIONS, STREAMS, type OverlayName, type Resolution, type Stream } from '../state/view';
 import { Choice } from './Choice';
 import { useApp } from './context';
+import { SavePicture } from './SavePicture';
 import { Slider } from './Slider';
 
 /** EV100: higher is darker, so the slider runs the other way and its right end is bright, as people expect. */
@@ -76,6 +77,7 @@ export function ViewPanel() {
                     />
                 )}
             </div>
+            <SavePicture />
         </section>
     );
 }

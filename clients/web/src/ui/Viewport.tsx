@@ -7,7 +7,9 @@ import { NOT_TO_MEASURE } from '../state/role';
 import { useApp } from './context';
 import { Icon } from './Icon';
 import { Legend } from './Legend';
+import { materialInWords } from './MaterialPanel';
 import { Overlay } from './Overlay';
+import { goTo } from './SectionNav';
 import { WipeLine, WipePictures } from './Wipe';
 
 /** A window being resized asks for a new picture only when it rests: the server starts anew for every size. */
@@ -137,6 +139,7 @@ function ReadingCard() {
                 {old && <small class="reading-old">{app.online.value ? 'measuring' : 'not connected'}</small>}
             </p>
             <Spoken />
+            <MadeOf />
             <dl>
                 <dt>Point</dt>
                 <dd>{point.map((v) => v.toFixed(2)).join(', ')} m</dd>
@@ -146,6 +149,26 @@ function ReadingCard() {
             {lux !== null && lux.solo.length > 0 && <p class="hint">Of {lux.solo.join(', ')} alone.</p>}
             {carrier && app.mayEdit.value && <p class="hint">Drag its mark to move {carrier.id}.</p>}
         </aside>
+    );
+}
+
+/** What the picked object is made of; the way to the panel that changes it. */
+function MadeOf() {
+    const { materials, scene } = useApp();
+    const own = scene.record(materials.own.value ?? '');
+    if (!own) return null;
+    return (
+        <button
+            type="button"
+            class="button reading-material"
+            title="Its material, in the panel"
+            onClick={() => {
+                materials.choose(own.id);
+                goTo('material-title');
+            }}
+        >
+            {materialInWords(own)}
+        </button>
     );
 }
 

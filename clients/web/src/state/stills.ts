@@ -1,0 +1,168 @@
+/**
+ * Pictures that are made to be saved, in a view of their own: all around from where the camera stands, or what it sees in cd/m2.
+ * The view is open only while it is worked at; the one on screen goes on beside it.
+ */
+import { signal, type ReadonlySignal } from '@preact/signals';
+import { Canvas, readTile } from '../../../js/src/picture';
+import { Flag, type Frame, type FrameHeader } from '../protocol/frame';
+import type { Json, JsonObject } from '../protocol/rpc';
+import type { CameraPose } from '../protocol/types';
+import { Picture } from '../view/picture';
+
+export type StillKind = 'picture' | 'panorama';
+export type StillFormat = 'png' | 'exr';
+
+/** Of a panorama, which is half as high. The largest has as many pixels as a view may have. */
+export const PANORAMA_WIDTHS = [2048, 4096, 1024] as const;
+
+/** Enough for eyes: whichever comes first ends it. */
+const ENOUGH_SPP = 256;
+const ENOUGH_ERROR = 0.02;
+
+export interface StillProgress {
+    kind: StillKind;
+    format: StillFormat;
+    /** Of the last whole frame; 0: none, or a rough one. */
+    spp: number;
+    /** Relative, at most; null: not known. */
+    error: number | null;
+}
+
+export interface StillsHost {
+    call(method: string, params: JsonObject): Promise<JsonObject>;
+    notify(method: string, params: JsonObject): void;
+    onError(error: Error): void;
+    announce(text: string): void;
+    online: ReadonlySignal<boolean>;
+    pose(): CameraPose;
+    /** Of view.open: as the view on screen shows its picture, but for camera, method and quality. */
+    params(): JsonObject;
+    /** Of the view on screen; null: the scene's. */
+    method(): string | null;
+    /** It gets better, and may be held to an error. */
+    addsSamples(): boolean;
+    canvas(): HTMLCanvasElement;
+    save(name: string, blob: Blob): void;
+}
+
+export class Stills {
+    /** null: none is made. */
+    readonly progress = signal<StillProgress | null>(null);
+    private viewId: number | null = null;
+    private opening = false;
+    private picture: Picture | null = null;
+    private canvas: HTMLCanvasElement | null = null;
+    private readonly linear = { canvas: new Canvas(), order: Promise.resolve() };
+    private whole = false;
+
+    constructor(private readonly host: StillsHost) {}
+
+    async start(kind: StillKind, format: StillFormat, width: number): Promise<void> {
+        const { host } = this;
+        if (this.progress.value || !host.online.value) return;
+        this.progress.value = { kind, format, spp: 0, error: null };
+        this.whole = false;
+        this.linear.canvas = new Canvas();
+        this.canvas = host.canvas();
+        this.picture = new Picture(this.canvas, { onDrawn: (h) => this.drawn(h), onBroken: (_, error) => this.fail(error) });
+        this.opening = true;
+        try {
+            const { view_id: id } = await host.call('view.open', this.params(kind, format, width));
+            this.viewId = Number(id);
+            if (this.progress.peek() === null) await this.close(); // it was called off meanwhile
+        } catch (error) {
+            this.fail(error as Error);
+        } finally {
+            this.opening = false;
+        }
+    }
+
+    private params(kind: StillKind, format: StillFormat, width: number): JsonObject {
+        const { host } = this;
+        const method = host.method();
+        const camera = { ...host.pose(), projection: kind === 'panorama' ? 'panorama' : 'perspective' } as unknown as Json;
+        return {
+            ...host.params(),
+            ...(kind === 'panorama' ? { size: [width, width / 2] } : {}),
+            ...(method === null ? {} : { method }),
+            ...(host.addsSamples() ? { spp: ENOUGH_SPP, budget: { error: ENOUGH_ERROR } } : {}),
+            ...{ camera, codec: format === 'exr' ? 'half_deflate' : 'png', stats: false },
+        };
+    }
+
+    owns(viewId: number): boolean {
+        return this.viewId === null ? this.opening : viewId === this.viewId;
+    }
+
+    receive(frame: Frame): void {
+        if (this.progress.value?.format === 'png') this.picture?.receive(frame);
+        else this.linear.order = this.linear.order.then(() => this.take(frame)).catch((error: unknown) => this.fail(error as Error));
+    }
+
+    private async take(frame: Frame): Promise<void> {
+        const { canvas } = this.linear;
+        const tile = await readTile(frame);
+        if (tile && canvas === this.linear.canvas && canvas.take(tile)) this.drawn(frame.header);
+    }
+
+    /** Whoever waits for a file does not look: it goes on in a hidden page, too. */
+    private drawn(h: FrameHeader): void {
+        const now = this.progress.value;
+        if (!now) return;
+        this.whole = true;
+        this.progress.value = { ...now, spp: h.spp, error: h.error };
+        this.host.notify('frame.ack', { view_id: h.viewId, frame_seq: h.frameSeq });
+        if ((h.flags & Flag.converged) !== 0) void this.save();
+    }
+
+    /** As it is by now. */
+    async save(): Promise<void> {
+        const now = this.progress.value;
+        if (!now || !this.whole) return;
+        this.progress.value = null;
+        try {
+            const blob = now.format === 'exr' ? new Blob([(await this.linear.canvas.picture(null).exr()) as BlobPart]) : await this.png();
+            if (blob) this.host.save(`${now.kind}.${now.format}`, blob);
+            this.host.announce(`Saved as ${now.kind}.${now.format}`);
+        } catch (error) {
+            this.host.onError(error as Error);
+        }
+        await this.close();
+    }
+
+    cancel(): void {
+        this.progress.value = null;
+        void this.close();
+    }
+
+    /** The connection is gone, and all views with it. */
+    closed(): void {
+        if (this.progress.value) this.host.announce('The picture to save was lost with the connection');
+        this.viewId = null;
+        this.progress.value = null;
+        this.let();
+    }
+
+    private png(): Promise<Blob | null> {
+        return new Promise((resolve) => this.canvas!.toBlob(resolve, 'image/png'));
+    }
+
+    private fail(error: Error): void {
+        if (!this.progress.value) return;
+        this.host.onError(error);
+        this.cancel();
+    }
+
+    private async close(): Promise<void> {
+        const { viewId } = this;
+        this.viewId = null;
+        this.let();
+        if (viewId !== null && this.host.online.peek()) await this.host.call('view.close', { view_id: viewId }).catch(this.host.onError);
+    }
+
+    private let(): void {
+        this.picture?.reset();
+        this.picture = this.canvas = null;
+        this.linear.canvas = new Canvas();
+    }
+}
