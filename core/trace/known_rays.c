@@ -1,6 +1,7 @@
-/* Lock-free: entries are claimed by a counter, each is written by who claimed it, and slots of the table by who swaps
- * its number in for a 0. While rays are kept nobody reads entries; readers come after the workers have been joined,
- * which orders all writes before. Two who ask the same ray at once may both keep it, alike. */
+/* Lock-free. Entries that were there when asking began are read by all, and of them only the stamp is written, by
+ * whoever asks: the same number. New ones are claimed by a counter, written by who claimed them, and read by nobody
+ * until the workers have been joined, which orders that; slots of the table are claimed by swapping an entry's number
+ * in for a 0. Two who ask the same new ray at once may both keep it, alike. */
 #include "core/trace/known_rays.h"
 
 #include <stdatomic.h>
@@ -21,10 +22,13 @@ struct entry {
     struct ray ray;
     float t, u, v, ng[3];
     uint32_t object, prim;
+    _Atomic uint32_t asked; /* the time it was asked last */
 };
 
 struct lum_known_rays {
     uint32_t n_max, mask;
+    uint32_t time;          /* of this asking; 0: none yet */
+    uint32_t n_before;      /* entries that were there when it began */
     _Atomic uint32_t n;     /* claimed: may be more than n_max */
     struct entry *entries;  /* n_max */
     _Atomic uint32_t *slot; /* 1 + number of an entry, 0: none; mask + 1 of them, at least twice as many as entries */
@@ -77,25 +81,29 @@ static uint32_t hash_of(const struct ray *ray)
     return h;
 }
 
-static const struct entry *find(const struct lum_known_rays *known, const struct ray *ray, uint32_t hash)
+/* Whether it was asked now, or the time before. */
+static bool is_fresh(const struct lum_known_rays *known, const struct entry *e)
+{
+    uint32_t asked = atomic_load_explicit(&e->asked, memory_order_relaxed);
+    return asked == known->time || asked + 1 == known->time;
+}
+
+static struct entry *find(const struct lum_known_rays *known, const struct ray *ray, uint32_t hash)
 {
     for (uint32_t at = hash & known->mask;; at = (at + 1) & known->mask) { /* half of the slots are empty */
         uint32_t number = atomic_load_explicit(&known->slot[at], memory_order_relaxed);
         if (number == 0)
             return NULL;
-        if (memcmp(&known->entries[number - 1].ray, ray, sizeof *ray) == 0)
-            return &known->entries[number - 1];
+        if (number > known->n_before)
+            continue;
+        struct entry *e = &known->entries[number - 1];
+        if (memcmp(&e->ray, ray, sizeof *ray) == 0 && is_fresh(known, e))
+            return e;
     }
 }
 
-static void keep(struct lum_known_rays *known, const struct entry *entry, uint32_t hash)
+static void put_in_slot(struct lum_known_rays *known, uint32_t number, uint32_t hash)
 {
-    if (atomic_load_explicit(&known->n, memory_order_relaxed) >= known->n_max)
-        return;
-    uint32_t number = atomic_fetch_add_explicit(&known->n, 1, memory_order_relaxed);
-    if (number >= known->n_max)
-        return;
-    known->entries[number] = *entry;
     for (uint32_t at = hash & known->mask;; at = (at + 1) & known->mask) {
         uint32_t empty = 0;
         if (atomic_compare_exchange_strong_explicit(&known->slot[at], &empty, number + 1, memory_order_relaxed,
@@ -104,14 +112,59 @@ static void keep(struct lum_known_rays *known, const struct entry *entry, uint32
     }
 }
 
-static struct entry entry_at(const struct ray *ray, const struct lum_hits *hits, uint32_t i)
+static void keep(struct lum_known_rays *known, const struct ray *ray, const struct lum_hits *hits, uint32_t i,
+                 uint32_t hash)
 {
-    struct entry e = {.ray = *ray, .object = hits->object[i]};
-    if (e.object == LUM_NO_OBJECT)
-        return e;
-    e.t = hits->t[i], e.u = hits->u[i], e.v = hits->v[i], e.prim = hits->prim[i];
-    e.ng[0] = hits->ngx[i], e.ng[1] = hits->ngy[i], e.ng[2] = hits->ngz[i];
-    return e;
+    if (atomic_load_explicit(&known->n, memory_order_relaxed) >= known->n_max)
+        return;
+    uint32_t number = atomic_fetch_add_explicit(&known->n, 1, memory_order_relaxed);
+    if (number >= known->n_max)
+        return;
+    struct entry *e = &known->entries[number];
+    e->ray = *ray;
+    e->object = hits->object[i];
+    if (e->object != LUM_NO_OBJECT) {
+        e->t = hits->t[i], e->u = hits->u[i], e->v = hits->v[i], e->prim = hits->prim[i];
+        e->ng[0] = hits->ngx[i], e->ng[1] = hits->ngy[i], e->ng[2] = hits->ngz[i];
+    }
+    atomic_store_explicit(&e->asked, known->time, memory_order_relaxed);
+    put_in_slot(known, number, hash);
+}
+
+void lum_known_rays_forget(struct lum_known_rays *known)
+{
+    if (!known)
+        return;
+    memset((void *)known->slot, 0, ((size_t)known->mask + 1) * sizeof *known->slot);
+    atomic_store_explicit(&known->n, 0, memory_order_relaxed);
+    known->n_before = 0;
+}
+
+/* Leaves entries that were asked last time. */
+static void clear_up(struct lum_known_rays *known, uint32_t n)
+{
+    uint32_t left = 0;
+    lum_known_rays_forget(known);
+    for (uint32_t i = 0; i < n; i++) {
+        const struct entry *e = &known->entries[i];
+        if (atomic_load_explicit(&e->asked, memory_order_relaxed) != known->time)
+            continue;
+        memmove(&known->entries[left], e, sizeof *e);
+        put_in_slot(known, left, hash_of(&known->entries[left].ray));
+        left++;
+    }
+    atomic_store_explicit(&known->n, left, memory_order_relaxed);
+}
+
+void lum_known_rays_begin(struct lum_known_rays *known)
+{
+    uint32_t n = atomic_load_explicit(&known->n, memory_order_relaxed);
+    n = n < known->n_max ? n : known->n_max;
+    if (n > known->n_max / 4 * 3)
+        clear_up(known, n);
+    n = atomic_load_explicit(&known->n, memory_order_relaxed);
+    known->n_before = n < known->n_max ? n : known->n_max;
+    known->time++;
 }
 
 static void put_at(struct lum_hits *hits, uint32_t i, const struct entry *e)
@@ -131,22 +184,20 @@ static bool still_ends_there(const struct lum_known *known, const struct entry *
 }
 
 /* Of rays that are known ret_hits; the numbers of others in ret_unknown: how many they are. */
-static uint32_t recall(const struct lum_known *known, const struct lum_rays *rays, uint32_t *hash,
+static uint32_t recall(const struct lum_known *known, const struct lum_rays *rays, uint32_t *ret_hash,
                        struct lum_hits *ret_hits, uint32_t *ret_unknown)
 {
-    bool any = known->before && !known->since->everything && lum_motion_keeps_numbers(known->since);
     uint32_t n = 0;
     for (uint32_t i = 0; i < rays->n; i++) {
         struct ray ray = ray_at(rays, i);
-        hash[i] = hash_of(&ray);
-        const struct entry *e = any ? find(known->before, &ray, hash[i]) : NULL;
+        ret_hash[i] = hash_of(&ray);
+        struct entry *e = known->rays->n_before > 0 ? find(known->rays, &ray, ret_hash[i]) : NULL;
         if (!e || !still_ends_there(known, e)) {
             ret_unknown[n++] = i;
             continue;
         }
         put_at(ret_hits, i, e);
-        if (known->now)
-            keep(known->now, e, hash[i]);
+        atomic_store_explicit(&e->asked, known->rays->time, memory_order_relaxed);
     }
     return n;
 }
@@ -154,7 +205,7 @@ static uint32_t recall(const struct lum_known *known, const struct lum_rays *ray
 uint32_t lum_known_closest(const struct lum_known *known, const struct lum_trace *trace, const struct lum_rays *rays,
                            struct lum_hits *ret_hits)
 {
-    if (!known->before && !known->now) {
+    if (!known->rays) {
         lum_trace_closest(trace, rays, ret_hits);
         return rays->n;
     }
@@ -165,17 +216,18 @@ uint32_t lum_known_closest(const struct lum_known *known, const struct lum_trace
     some.n = 0;
     ret_hits->white = false;
     for (uint32_t k = 0; k < n; k++) {
-        struct ray ray = ray_at(rays, unknown[k]);
-        lum_rays_push(&some, lum_v3(ray.o[0], ray.o[1], ray.o[2]), lum_v3(ray.d[0], ray.d[1], ray.d[2]), INFINITY);
+        uint32_t i = unknown[k];
+        lum_rays_push(&some, lum_v3(rays->ox[i], rays->oy[i], rays->oz[i]), lum_rays_direction(rays, i), INFINITY);
     }
     if (n > 0)
         lum_trace_closest(trace, &some, &hits);
     for (uint32_t k = 0; k < n; k++) {
-        struct ray ray = ray_at(rays, unknown[k]);
-        struct entry e = entry_at(&ray, &hits, k);
-        put_at(ret_hits, unknown[k], &e);
-        if (known->now)
-            keep(known->now, &e, hash[unknown[k]]);
+        uint32_t i = unknown[k];
+        struct ray ray = ray_at(rays, i);
+        keep(known->rays, &ray, &hits, k, hash[i]);
+        ret_hits->object[i] = hits.object[k], ret_hits->prim[i] = hits.prim[k];
+        ret_hits->t[i] = hits.t[k], ret_hits->u[i] = hits.u[k], ret_hits->v[i] = hits.v[k];
+        ret_hits->ngx[i] = hits.ngx[k], ret_hits->ngy[i] = hits.ngy[k], ret_hits->ngz[i] = hits.ngz[k];
     }
     return n;
 }

@@ -14,13 +14,18 @@ struct lum_known_rays;
 /* Room for n rays, 1 to 2^24; what is beyond that is traced and not kept. */
 LUM_MUST_USE enum lum_status lum_known_rays_create(uint32_t n, struct lum_known_rays **ret, struct lum_error *err);
 void lum_known_rays_destroy(struct lum_known_rays *known); /* accepts NULL */
+/* Nothing is known any more. Accepts NULL. */
+void lum_known_rays_forget(struct lum_known_rays *known);
+/* Rays are about to be asked again: of those that are not asked until the next call nothing is known then. Thread: one,
+ * while nobody asks. */
+void lum_known_rays_begin(struct lum_known_rays *known);
 
 /* What rays are asked with. Zeroed: nothing is known, nor kept. */
 struct lum_known {
-    const struct lum_known_rays *before; /* NULL: nothing is known */
-    const struct lum_motion *since;      /* what moved; set where before is */
-    struct lum_known_rays *now;          /* keeps what is asked; NULL: nobody does. Not `before` */
-    float far;                           /* nothing is farther from any origin, scene units */
+    struct lum_known_rays *rays;
+    const struct lum_motion *since; /* what moved since they were asked last, but for all at once or what gives objects
+                                     * other numbers; may be NULL where nothing is known */
+    float far;                      /* nothing is farther from any origin, scene units */
 };
 
 /* As lum_trace_closest, for rays with tnear 0 and tfar INFINITY and a trace that is not the camera's: returns how many

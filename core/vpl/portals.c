@@ -24,7 +24,7 @@
 enum { LINES = 1024, CROSSINGS = 8, ROUNDS = 8, SIDES = LINES * CROSSINGS };
 /* Sides that are asked, in the first round and later; and rays from those that are inside, all together. With twice as
  * many of each, pictures are no better, for openings are followed to their edges. */
-enum { ASKED_FIRST = 4096, ASKED = 512, RAYS_INSIDE = 4096 };
+enum { ASKED_FIRST = 4096, ASKED = 512, RAYS_INSIDE = 8192 };
 _Static_assert(ASKED_FIRST <= RAYS_INSIDE && RAYS_INSIDE >= 8 * ASKED,
                "lines have room for all, and each side some rays");
 /* Of these so many are to meet something: else the side is none inside, after all, or sees so much of the sky that it

@@ -3,6 +3,7 @@
 
 #include "core/light/light.h"
 #include "core/math/lanes.h"
+#include "core/scene/motion.h"
 #include "core/trace/stale.h"
 #include "core/vpl/portals.h"
 #include "core/vpl/share.h"
@@ -169,16 +170,19 @@ out:
 
 /* Where there are tries to choose from, and somebody tells what moves, rays are kept from update to update: of a table
  * that is dragged through a room few meet its box. Without memory for it they are not. */
-static void know_rays(struct lum_vpl_request *rq, const struct lum_vpl_set *before)
+static void know_rays(struct lum_vpl_request *rq, struct lum_vpl_set *set)
 {
+    bool sure = rq->since && !rq->since->everything && lum_motion_keeps_numbers(rq->since) && set->valid &&
+                set->versions.geometry == rq->since_geometry;
     struct lum_error unused;
-    rq->known = (struct lum_known){.far = 4.0f * rq->snapshot->lights.scene_radius};
+    if (!sure)
+        lum_known_rays_forget(set->known);
     if (!rq->since || tries_of(rq) == 1)
         return;
-    if (before->valid && before->versions.geometry == rq->since_geometry)
-        rq->known.before = before->known, rq->known.since = rq->since;
-    if (lum_known_rays_create(KNOWN_RAYS, &rq->known.now, &unused) != LUM_OK)
-        rq->known.now = NULL;
+    if (!set->known && lum_known_rays_create(KNOWN_RAYS, &set->known, &unused) != LUM_OK)
+        return;
+    lum_known_rays_begin(set->known);
+    rq->known = (struct lum_known){set->known, rq->since, 4.0f * rq->snapshot->lights.scene_radius};
 }
 
 enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_request *rq, struct lum_error *err)
@@ -203,12 +207,13 @@ enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_req
     struct lum_vpl_request with_known = *rq;
     know_rays(&with_known, set);
     enum lum_status status = trace_set(&next, set, &with_known, err);
-    if (status != LUM_OK) {
-        lum_known_rays_destroy(with_known.known.now);
+    if (status != LUM_OK) { /* they may have been asked of this snapshot */
+        lum_known_rays_forget(set->known);
         return status;
     }
+    next.known = set->known;
+    set->known = NULL;
     lum_vpl_finish(set);
     *set = next;
-    set->known = with_known.known.now;
     return LUM_OK;
 }
