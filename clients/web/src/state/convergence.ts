@@ -176,7 +176,7 @@ export function outlookInWords(name: string, outlook: Outlook, s: number): strin
         case 'not in sight':
             return `${name} is not in sight.`;
         default:
-            return `Too early to tell when it will be ${name}.`;
+            return `Too early to tell when ${name.charAt(0).toLowerCase()}${name.slice(1)} will be reached.`;
     }
 }
 
