@@ -212,6 +212,7 @@ void lum_caches_forget(struct lum_caches *caches)
         lum_cache_clear(&e->cache);
         take_snapshot(&e->cache, NULL);
         e->cache.vpls.valid = false;
+        lum_vpl_forget_rays(&e->cache.vpls);
     }
 }
 
@@ -298,6 +299,7 @@ static bool empty_another(struct lum_caches *caches, const struct lum_cache *but
     lum_cache_clear(&oldest->cache);
     lum_store_destroy(oldest->cache.store);
     oldest->cache.store = NULL; /* its next update makes another */
+    lum_vpl_forget_rays(&oldest->cache.vpls);
     lum_cache_lose_count(&oldest->cache);
     take_snapshot(&oldest->cache, NULL);
     return true;

@@ -1,7 +1,8 @@
 /* Where rays ended before an edit: those that ask again and meet no box of what moved are not traced anew.
  *
  * A ray is known by its origin and direction, bit by bit, and what it meets is then what tracing would find, bit by
- * bit: who asks cannot tell, but for the count. */
+ * bit: who asks cannot tell, but for the count. (Where two surfaces are met at the very same distance, either may be
+ * found, known or traced: moves_test.c.) */
 #ifndef LUM_CORE_TRACE_KNOWN_RAYS_H
 #define LUM_CORE_TRACE_KNOWN_RAYS_H
 
@@ -25,7 +26,6 @@ struct lum_known {
     struct lum_known_rays *rays;
     const struct lum_motion *since; /* what moved since they were asked last, but for all at once or what gives objects
                                      * other numbers; may be NULL where nothing is known */
-    float far;                      /* nothing is farther from any origin, scene units */
 };
 
 /* As lum_trace_closest, for rays with tnear 0 and tfar INFINITY and a trace that is not the camera's: returns how many

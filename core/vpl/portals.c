@@ -68,8 +68,8 @@ struct way_out {
 
 struct search {
     const struct lum_vpl_request *rq;
-    uint32_t n_sides, n_lines, n_out;
-    struct side sides[SIDES];
+    uint32_t n_crossed, n_sides, n_lines, n_out;
+    struct side crossed[SIDES], sides[SIDES]; /* all, and those of them that are inside */
     struct line lines[RAYS_INSIDE];
     struct way_out out[RAYS_INSIDE];
     struct look looks[RAYS_INSIDE], seen[RAYS_INSIDE]; /* of lines, while there are cells; and of those before them */
@@ -96,8 +96,7 @@ static struct line line_through(const struct lum_snapshot *s, uint32_t number, u
     return (struct line){lum_v3_mad(o, d, -4.0f * LUM_RAY_OFFSET), d, 0.0f};
 }
 
-/* Ray r of a line crosses a surface, of which the side that it winds around counts: the other one is within a wall, as
- * a rule. Where the line goes on from. */
+/* Ray r of a line crosses a surface; the side is the one that it winds around. Where the line goes on from. */
 static struct lum_vec3 cross(const struct lum_snapshot *s, const struct lum_rays *rays, const struct lum_hits *hits,
                              uint32_t r, struct side *ret_side)
 {
@@ -132,7 +131,7 @@ static void cross_batch(void *ctx, uint32_t job, struct lum_counters *counters)
             if (hits.object[r] == LUM_NO_OBJECT)
                 continue;
             struct lum_vec3 d = lum_rays_direction(&rays, r);
-            struct lum_vec3 on = cross(s, &rays, &hits, r, &search->sides[line[r] * CROSSINGS + c]);
+            struct lum_vec3 on = cross(s, &rays, &hits, r, &search->crossed[line[r] * CROSSINGS + c]);
             line[rays.n] = line[r];
             lum_rays_push(&rays, on, d, INFINITY);
         }
@@ -144,9 +143,9 @@ static enum lum_status find_sides(struct search *search, struct lum_error *err)
     enum lum_status status =
         lum_vpl_run(search->rq, (LINES + LUM_RAY_BATCH - 1) / LUM_RAY_BATCH, cross_batch, search, err);
     for (uint32_t i = 0; i < SIDES; i++)
-        if (lum_dot(search->sides[i].n, search->sides[i].n) > 0.5f && lum_v3_finite(search->sides[i].p)) {
-            search->sides[search->n_sides] = search->sides[i];
-            search->sides[search->n_sides++].number = i;
+        if (lum_dot(search->crossed[i].n, search->crossed[i].n) > 0.5f && lum_v3_finite(search->crossed[i].p)) {
+            search->crossed[search->n_crossed] = search->crossed[i];
+            search->crossed[search->n_crossed++].number = i;
         }
     return status;
 }
@@ -212,25 +211,30 @@ static struct line line_from(const struct side *side, uint32_t number, uint32_t 
                          lum_frame_to_scene(&frame, lum_warp_cosine(lum_sampler_2d(&sampler, 0))), INFINITY};
 }
 
-/* About as many as `most`, by their numbers. */
-static void thin_out(struct search *search, uint32_t most)
+/* About as many as `most`, by their numbers, of which each round looks at other bits. */
+static void thin_out(struct search *search, uint32_t most, uint32_t round)
 {
     uint32_t every = 1, n = 0;
     while (search->n_sides / every > most)
         every *= 2;
     for (uint32_t i = 0; i < search->n_sides && n < most; i++)
-        if (lum_hash_u32(search->sides[i].number) % every == 0)
+        if (lum_hash_combine(round, search->sides[i].number) % every == 0)
             search->sides[n++] = search->sides[i];
     search->n_sides = n;
 }
 
-/* Leaves those sides that are inside. */
-static enum lum_status find_inside(struct search *search, struct lum_error *err)
+/* Leaves those sides that are inside. way: -1 for the sides that surfaces do not wind around. */
+static enum lum_status find_inside(struct search *search, float way, struct lum_error *err)
 {
     enum lum_status status = LUM_OK;
+    search->n_sides = search->n_crossed;
+    for (uint32_t i = 0; i < search->n_sides; i++) {
+        search->sides[i] = search->crossed[i];
+        search->sides[i].n = lum_v3_mul(search->crossed[i].n, way);
+    }
     for (uint32_t round = 0; round < ROUNDS && search->n_sides > 0 && status == LUM_OK; round++) {
         uint32_t n = 0;
-        thin_out(search, round == 0 ? ASKED_FIRST : ASKED);
+        thin_out(search, round == 0 ? ASKED_FIRST : ASKED, round);
         search->n_lines = search->n_sides;
         for (uint32_t i = 0; i < search->n_sides; i++)
             search->lines[i] = line_from(&search->sides[i], round, search->rq->seed);
@@ -421,16 +425,27 @@ static enum lum_status open_cells(struct search *search, struct lum_portals *o, 
     return status;
 }
 
-static enum lum_status search_all(struct search *search, struct lum_portals *ret, struct lum_error *err)
+static enum lum_status search_from(struct search *search, float way, struct lum_portals *ret, struct lum_error *err)
 {
-    enum lum_status status = find_sides(search, err);
-    if (status == LUM_OK)
-        status = find_inside(search, err);
+    search->n_out = 0;
+    enum lum_status status = find_inside(search, way, err);
     if (status != LUM_OK || search->n_sides < INSIDE_LEAST)
         return status;
     status = look_out(search, err);
     if (status == LUM_OK && find_box(search, ret))
         status = open_cells(search, ret, err);
+    return status;
+}
+
+/* The side that a surface does not wind around is within a wall, as a rule; but rooms of single sheets may be wound
+ * either way. */
+static enum lum_status search_all(struct search *search, struct lum_portals *ret, struct lum_error *err)
+{
+    enum lum_status status = find_sides(search, err);
+    if (status == LUM_OK)
+        status = search_from(search, 1.0f, ret, err);
+    if (status == LUM_OK && ret->n == 0)
+        status = search_from(search, -1.0f, ret, err);
     return status;
 }
 

@@ -8,7 +8,7 @@
 #include "core/vpl/portals.h"
 #include "core/vpl/share.h"
 
-/* Rays that are kept for the next update, at most: sets of `live` ask 30 to 60 thousand. */
+/* Rays that are kept for the next update, at most, in 9 MB: sets of `live` ask 20 to 60 thousand. */
 #define KNOWN_RAYS (1u << 17)
 
 static uint32_t padded(uint32_t n)
@@ -46,6 +46,12 @@ void lum_vpl_finish(struct lum_vpl_set *set)
     lum_free(set->memory);
     lum_free(set->shares);
     *set = (struct lum_vpl_set){0};
+}
+
+void lum_vpl_forget_rays(struct lum_vpl_set *set)
+{
+    lum_known_rays_destroy(set->known);
+    set->known = NULL;
 }
 
 /* Multiplies by the powers of the snapshot's lights. */
@@ -182,7 +188,7 @@ static void know_rays(struct lum_vpl_request *rq, struct lum_vpl_set *set)
     if (!set->known && lum_known_rays_create(KNOWN_RAYS, &set->known, &unused) != LUM_OK)
         return;
     lum_known_rays_begin(set->known);
-    rq->known = (struct lum_known){set->known, rq->since, 4.0f * rq->snapshot->lights.scene_radius};
+    rq->known = (struct lum_known){set->known, rq->since};
 }
 
 enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_request *rq, struct lum_error *err)

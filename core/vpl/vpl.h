@@ -109,7 +109,8 @@ static inline uint32_t lum_vpl_words(uint32_t n)
     return (n + 63u) / 64u;
 }
 
-void lum_vpl_finish(struct lum_vpl_set *set); /* accepts a zeroed one */
+void lum_vpl_finish(struct lum_vpl_set *set);      /* accepts a zeroed one */
+void lum_vpl_forget_rays(struct lum_vpl_set *set); /* gives back what is kept for the next update */
 
 #define LUM_VPL_LOBES                                                                                                  \
     (LUM_EFFECT_BIT(LUM_EFFECT_REFLECTION) | LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION) |                                 \

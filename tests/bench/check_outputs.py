@@ -80,6 +80,9 @@ def check_truth(folder):
 
 def main():
     folder, study, bench = pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3]
+    for name in FILES[study]:  # not those of a run before
+        for left in folder.glob(f"{name}.*"):
+            left.unlink()
     subprocess.run([bench, study, "--quick", "--out", folder], check=True)
     for name in sorted(FILES[study]):
         base = folder / name
