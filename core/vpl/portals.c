@@ -24,7 +24,7 @@
 enum { LINES = 1024, CROSSINGS = 8, ROUNDS = 8, SIDES = LINES * CROSSINGS };
 /* Sides that are asked, in the first round and later; and rays from those that are inside, all together. With twice as
  * many of each, pictures are no better, for openings are followed to their edges. */
-enum { ASKED_FIRST = 4096, ASKED = 512, RAYS_INSIDE = 8192 };
+enum { ASKED_FIRST = 4096, ASKED = 512, RAYS_INSIDE = 4096 };
 _Static_assert(ASKED_FIRST <= RAYS_INSIDE && RAYS_INSIDE >= 8 * ASKED,
                "lines have room for all, and each side some rays");
 /* Of these so many are to meet something: else the side is none inside, after all, or sees so much of the sky that it
@@ -37,8 +37,9 @@ _Static_assert(ASKED_FIRST <= RAYS_INSIDE && RAYS_INSIDE >= 8 * ASKED,
 #define LOOKS 2u
 /* The box leaves out so many of where rays end, at each end: some go out and end there. */
 #define OUTLIERS 0.03f
-/* Its grid: so many steps in its longest side, which is rounded down to a power of 2. It is so many wider than the
- * room, as walls are: light that the sides of a window send in has come into the box, too. */
+/* Its grid: so many steps in its longest side, which is rounded down to a power of 2 times the scene's radius, so that
+ * a scene that is scaled has the same. It is so many wider than the room, as walls are: light that the sides of a
+ * window send in has come into the box, too. */
 #define BOX_STEPS 64.0f
 #define WALL_STEPS 3.0f
 
@@ -319,7 +320,8 @@ static bool find_box(struct search *search, struct lum_portals *o)
     float longest = lum_max(x.hi - x.lo, lum_max(y.hi - y.lo, z.hi - z.lo));
     if (!(longest > 0.0f))
         return false;
-    float step = exp2f(floorf(log2f(longest))) / BOX_STEPS;
+    float radius = search->rq->snapshot->lights.scene_radius;
+    float step = radius * exp2f(floorf(log2f(longest / radius))) / BOX_STEPS;
     x = widen(x, step, lo.x, hi.x), y = widen(y, step, lo.y, hi.y), z = widen(z, step, lo.z, hi.z);
     o->lo = lum_v3(x.lo, y.lo, z.lo), o->hi = lum_v3(x.hi, y.hi, z.hi);
     return x.lo < x.hi && y.lo < y.hi && z.lo < z.hi;
