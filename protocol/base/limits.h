@@ -72,10 +72,10 @@
 /* Handshakes of TLS: each takes some 1.5 ms of the net thread, so that all take a tenth of it at most */
 #define LUM_LIMIT_HANDSHAKES_PER_S 64u     /* of all; beyond what follows */
 #define LUM_LIMIT_HANDSHAKES_BURST 512u    /* of all at once: everybody comes back after a restart */
-#define LUM_LIMIT_HANDSHAKES_IP_PER_S 16u  /* of one address, or one /64 */
+#define LUM_LIMIT_HANDSHAKES_IP_PER_S 4u   /* of one address, or one /64 */
 #define LUM_LIMIT_HANDSHAKES_IP_BURST 128u /* likewise, at once: a browser begins six for the page */
 #define LUM_LIMIT_HANDSHAKE_NETWORKS 1024u /* remembered: those that came last */
-#define LUM_LIMIT_KEY_CHANGES 1024u        /* of a connection: one is good for 2^24 records at least */
+#define LUM_LIMIT_KEY_CHANGES 32u          /* of a connection: each takes 20 us; a key is good for 2^24 records */
 #define LUM_LIMIT_RESUME_S                                                                                             \
     300u /* who was cut off may come back so long: a train's tunnel, a laptop that is carried over */
 #define LUM_LIMIT_PARKED 64u         /* of them; beyond, who was cut off longest is gone */

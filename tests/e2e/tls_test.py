@@ -27,8 +27,8 @@ sys.path.insert(0, PYTHON)
 import lumend
 
 NAME = "lights.example"
-BURST, PER_S = 128, 16  # LUM_LIMIT_HANDSHAKES_IP_BURST, LUM_LIMIT_HANDSHAKES_IP_PER_S
-KEY_CHANGES = 1024     # LUM_LIMIT_KEY_CHANGES
+BURST, PER_S = 128, 4  # LUM_LIMIT_HANDSHAKES_IP_BURST, LUM_LIMIT_HANDSHAKES_IP_PER_S
+KEY_CHANGES = 32       # LUM_LIMIT_KEY_CHANGES
 REPLAY = os.environ.get("LUMEND_REPLAY")
 
 
@@ -268,7 +268,7 @@ class Spoken(WithAuthority):
             with connect_tcp(self.daemon.port, source="127.0.0.2") as sock:
                 changer, n = KeyChanger(sock), 0
                 while n <= 2 * KEY_CHANGES and changer.is_served():
-                    for _ in range(64):
+                    for _ in range(KEY_CHANGES // 4):  # what of them comes too late is never known
                         n += changer.change(answered)
                     good.call("stats.get")
                 changer.close()
