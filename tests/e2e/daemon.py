@@ -76,7 +76,7 @@ class Daemon:
         return self
 
     def __exit__(self, kind, value, traceback):
-        if self.trust:  # who does not answer the end of TLS would be waited for, ten seconds in all
+        if self.trust:  # who does not answer the end of TLS would be waited for, a second
             for session in self.sessions:
                 session.close()
         status = self.stop()

@@ -6,6 +6,7 @@ import ctypes
 import ctypes.util
 import http.client
 import os
+import select
 import shutil
 import signal
 import socket
@@ -195,6 +196,17 @@ class Spoken(WithAuthority):
         with self.assertRaises(HandshakeFailed):
             WebSocket(self.daemon.port)
         self.daemon.assert_well()
+
+    def test_who_is_silent_does_not_hold_up_the_end(self):
+        """The clock is another daemon, which gives a guest 5 s to say hello."""
+        ws = self.daemon.connect()
+        with Daemon(trust=None) as other:
+            self.daemon.process.send_signal(signal.SIGTERM)
+            guest = WebSocket(other.port)
+            self.assertEqual(self.daemon.process.wait(WAIT_S), 0)
+            self.assertEqual(select.select([guest.sock], [], [], 0)[0], [], "it was waited for")
+        ws.wait_notification("session.closing")  # it is told all the same
+        self.assertEqual(ws.wait_close(), 1012)
 
     def test_health_and_metrics(self):
         self.assertEqual(self.daemon.get("/healthz")[2], b"ok\n")
