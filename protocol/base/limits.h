@@ -72,10 +72,10 @@
 /* Handshakes of TLS: each takes some 1.5 ms of the net thread, so that all take a tenth of it at most */
 #define LUM_LIMIT_HANDSHAKES_PER_S 64u     /* of all; beyond what follows */
 #define LUM_LIMIT_HANDSHAKES_BURST 512u    /* of all at once: everybody comes back after a restart */
-#define LUM_LIMIT_HANDSHAKES_IP_PER_S 16u  /* of one address, or one /64 */
+#define LUM_LIMIT_HANDSHAKES_IP_PER_S 4u   /* of one address, or one /64 */
 #define LUM_LIMIT_HANDSHAKES_IP_BURST 128u /* likewise, at once: a browser begins six for the page */
 #define LUM_LIMIT_HANDSHAKE_NETWORKS 1024u /* remembered: those that came last */
-#define LUM_LIMIT_KEY_CHANGES 1024u        /* of a connection: one is good for 2^24 records at least */
+#define LUM_LIMIT_KEY_CHANGES 32u          /* of a connection: each takes 20 us; a key is good for 2^24 records */
 #define LUM_LIMIT_RESUME_S                                                                                             \
     300u /* who was cut off may come back so long: a train's tunnel, a laptop that is carried over */
 #define LUM_LIMIT_PARKED 64u         /* of them; beyond, who was cut off longest is gone */
@@ -89,11 +89,9 @@
 #define LUM_LIMIT_MESSAGES_PER_S 240u        /* a 120 Hz drag of two values; token bucket with 2 s of burst */
 #define LUM_LIMIT_RX_BYTES_PER_S (4u << 20)  /* of a session: reading them takes a tenth of the net thread at most */
 #define LUM_LIMIT_RX_BURST_BYTES (16u << 20) /* two of the largest messages at once */
-#define LUM_LIMIT_RX_REST_PER_S                                                                                        \
-    (64u << 10)                          /* of a session that is not charged: pings, headers of frames and of TLS      \
-                                          */
-#define LUM_LIMIT_FRAME_COST_BYTES 1024u /* what a frame costs beside its bytes: tiny ones are not free */
-#define LUM_LIMIT_VALUE_COST_BYTES 8u    /* and a value of JSON, which is an allocation */
+#define LUM_LIMIT_RX_REST_PER_S (64u << 10)  /* of a session, free: pings, headers of frames and of TLS */
+#define LUM_LIMIT_FRAME_COST_BYTES 1024u     /* what a frame costs beside its bytes: tiny ones are not free */
+#define LUM_LIMIT_VALUE_COST_BYTES 8u        /* and a value of JSON, which is an allocation */
 #define LUM_LIMIT_CONTROL_QUEUE_BYTES (16u << 20) /* replies waiting in one session; over it the session is closed */
 #define LUM_LIMIT_UNACKED_FRAMES 2u               /* W = 2: one in flight, one being drawn */
 #define LUM_LIMIT_TILE_SIDE 128u                  /* a PNG tile stays below one socket write of 64 KiB */
@@ -114,15 +112,13 @@
 #define LUM_LIMIT_ASSET_DEPTH 8u        /* folders in each other; each holds a descriptor */
 
 /* ---- uploads ---- */
-#define LUM_LIMIT_UPLOAD_BYTES (512u << 20) /* of all files that are sent together: a building with textures */
-#define LUM_LIMIT_UPLOAD_SESSION_BYTES                                                                                 \
-    (2048u << 20)                       /* that a session may announce in its life: four of the largest                \
-                                         */
-#define LUM_LIMIT_UPLOAD_FILES 256u     /* sent together */
-#define LUM_LIMIT_UPLOAD_NAME_BYTES 180 /* leaves room for where it lies: LUM_LIMIT_ASSET_BYTES */
-#define LUM_LIMIT_UPLOADS_AT_ONCE 4u    /* announced, or on their way; one of a session */
-#define LUM_LIMIT_UPLOAD_BEGIN_S 60     /* from the announcement on */
-#define LUM_LIMIT_UPLOAD_END_S 900      /* from the beginning on: the largest by 5 Mbit/s */
+#define LUM_LIMIT_UPLOAD_BYTES (512u << 20)          /* of all files that are sent together: a building with textures */
+#define LUM_LIMIT_UPLOAD_SESSION_BYTES (2048u << 20) /* announced in a session's life: four of the largest */
+#define LUM_LIMIT_UPLOAD_FILES 256u                  /* sent together */
+#define LUM_LIMIT_UPLOAD_NAME_BYTES 180              /* leaves room for where it lies: LUM_LIMIT_ASSET_BYTES */
+#define LUM_LIMIT_UPLOADS_AT_ONCE 4u                 /* announced, or on their way; one of a session */
+#define LUM_LIMIT_UPLOAD_BEGIN_S 60                  /* from the announcement on */
+#define LUM_LIMIT_UPLOAD_END_S 900                   /* from the beginning on: the largest by 5 Mbit/s */
 
 /* ---- projects ---- */
 #define LUM_LIMIT_PROJECTS 1024u         /* of a server, those in the trash, too: a list of them is 200 KiB */

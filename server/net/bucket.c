@@ -28,9 +28,11 @@ bool lum_bucket_take(struct lum_bucket *b, int64_t now_ns)
     return true;
 }
 
+#define WAIT_AT_MOST_NS 3.6e12 /* an hour; without a limit a debt could be of more nanoseconds than are counted */
+
 int64_t lum_bucket_charge(struct lum_bucket *b, double n, int64_t now_ns)
 {
     fill(b, now_ns);
     b->level -= n;
-    return b->level < 0.0 ? (int64_t)ceil(-b->level / b->per_s * 1e9) : 0;
+    return b->level < 0.0 ? (int64_t)fmin(ceil(-b->level / b->per_s * 1e9), WAIT_AT_MOST_NS) : 0;
 }

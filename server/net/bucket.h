@@ -16,7 +16,8 @@ struct lum_bucket lum_bucket_full(double per_s, double full, int64_t now_ns);
 double lum_bucket_level(struct lum_bucket *b, int64_t now_ns); /* what is there now */
 /* Takes one token. False: there is none. */
 bool lum_bucket_take(struct lum_bucket *b, int64_t now_ns);
-/* Takes n, also those that are not there yet. Returns how long to wait until nothing is owed; 0: nothing is. */
+/* Takes n, also those that are not there yet. Returns how long to wait until nothing is owed, an hour at most; 0:
+ * nothing is. */
 int64_t lum_bucket_charge(struct lum_bucket *b, double n, int64_t now_ns);
 
 #endif

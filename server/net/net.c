@@ -42,6 +42,7 @@
 #define TURN_NS 1000000000ll              /* of projects: what waits for one waits seconds anyway */
 #define HEADER_POOL LUM_LIMIT_CONNECTIONS /* all may be in their HTTP phase at once: none waits for another */
 #define CLOSE_GRACE_S 5                   /* a peer that does not take the close frame is cut off */
+#define DRAIN_GRACE_S 1                   /* and one that does not answer it, where the server waits for that to end */
 
 _Static_assert(RX_BYTES >= TLS_RECORD_BYTES, "a record may stay unread in part");
 
@@ -119,11 +120,26 @@ static int close_with(struct conn *c, enum lum_close code)
     return -1;
 }
 
+/* By its own time-outs the library would go on to wait, for the answers to a close frame and to the end of TLS. */
+static void cut_off(lws_sorted_usec_list_t *sul)
+{
+    struct conn *c = lws_container_of(sul, struct conn, cut_later);
+    struct lum_net *net = lws_context_user(lws_get_context(c->wsi));
+    uint32_t slot = lum_session_slot(c->session);
+    for (int i = 0; i < 2 && net->conns[slot]; i++) /* twice: see turn_out */
+        lws_set_timeout(net->conns[slot]->wsi, PENDING_TIMEOUT_USER_REASON_BASE, LWS_TO_KILL_SYNC);
+}
+
+static void cut_off_in(struct conn *c, int64_t s)
+{
+    lws_sul_schedule(lws_get_context(c->wsi), 0, &c->cut_later, cut_off, s * LWS_US_PER_SEC);
+}
+
 /* Ends the connection from outside its own callbacks: at its next WRITEABLE, or by force when that does not come. */
 static void close_soon(struct conn *c)
 {
     if (!c->closing) /* once: the grace must not begin anew with every wake-up */
-        lws_set_timeout(c->wsi, PENDING_TIMEOUT_USER_REASON_BASE, CLOSE_GRACE_S);
+        cut_off_in(c, CLOSE_GRACE_S);
     c->closing = true;
     lws_callback_on_writable(c->wsi);
 }
@@ -225,6 +241,7 @@ static void ws_closed(struct lum_net *net, struct conn *c)
     net->conns[lum_session_slot(c->session)] = NULL;
     lws_sul_cancel(&c->read_later);
     lws_sul_cancel(&c->count_later);
+    lws_sul_cancel(&c->cut_later);
     lum_session_close(c->session);
     lum_rx_finish(&c->rx);
     c->session = NULL;
@@ -265,6 +282,8 @@ static int ws_writeable(struct lum_net *net, struct conn *c)
     }
     if (!c->sending) {
         enum lum_close code = lum_session_close_now(c->session);
+        if (code && net->site.draining)
+            cut_off_in(c, DRAIN_GRACE_S);
         if (code)
             return close_with(c, code);
         if (!lum_session_next(c->session, &c->message))

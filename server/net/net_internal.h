@@ -26,7 +26,7 @@ struct conn {
     /* WebSocket */
     struct lum_session *session; /* NULL: not a WebSocket */
     struct lum_rx rx;
-    lws_sorted_usec_list_t read_later, count_later;
+    lws_sorted_usec_list_t read_later, count_later, cut_later;
     uint64_t n_read;    /* bytes, when it was counted last */
     uint64_t n_charged; /* bytes of messages since then, and what belongs to each */
     bool kept;          /* it said hello: no deadline runs */

@@ -7,7 +7,7 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
-bool lum_received_bytes(int fd, uint64_t *ret_n)
+bool lum_received_bytes(int fd, uint64_t *n_read)
 {
     struct tcp_info info;
     socklen_t n = sizeof info;
@@ -17,6 +17,9 @@ bool lum_received_bytes(int fd, uint64_t *ret_n)
         n < offsetof(struct tcp_info, tcpi_bytes_received) + sizeof info.tcpi_bytes_received)
         return false;
     uint64_t came = info.tcpi_bytes_received, unread = (uint64_t)n_unread;
-    *ret_n = came > unread ? came - unread : 0;
+    /* The two are asked one after the other: what comes in between is taken off, and was not counted. And as long as
+     * there is an out-of-band byte, only what comes before it counts as unread. */
+    if (came > unread && came - unread > *n_read)
+        *n_read = came - unread;
     return true;
 }

@@ -101,14 +101,13 @@ static struct lum_upload_file *read_files(const struct lum_rpc *rpc, size_t *ret
 struct cJSON *lum_session_announce(struct lum_session *s, const struct lum_rpc *rpc, struct lum_proto_error *err)
 {
     char put[sizeof LUM_UPLOAD_FOLDER + 1 + LUM_UPLOAD_TICKET_BYTES] = LUM_UPLOAD_FOLDER "/";
-    struct lum_uploads *uploads = s->project ? lum_project_uploads(s->project) : NULL;
     size_t n;
     uint64_t n_bytes;
     struct lum_upload_file *files = read_files(rpc, &n, err);
-    bool ok = files && check_bytes(s, files, n, &n_bytes, err);
+    bool ok = files && check_bytes(s, files, n, &n_bytes, err) && lum_session_has_scene(s, err);
+    struct lum_uploads *uploads = ok ? lum_project_uploads(s->project) : NULL;
     if (ok && !uploads)
-        ok = s->project ? lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "", "this server takes no files")
-                        : lum_session_has_scene(s, err);
+        ok = lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "", "this server takes no files");
     if (ok)
         ok = lum_uploads_announce(uploads, s->ref, s->user, files, n, put + sizeof LUM_UPLOAD_FOLDER, err);
     if (!ok) {

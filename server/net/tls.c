@@ -160,11 +160,22 @@ enum lum_status lum_tls_read_again(struct lum_tls *tls, struct lum_error *err)
     return status;
 }
 
-/* Once for each connection: of who is asked to say hello again (another curve) it was asked before. */
+/* With each connection a number is kept: 0 until it may begin, from then on 1, and 1 more for each change of keys. */
+static uintptr_t noted(const SSL *ssl)
+{
+    return (uintptr_t)SSL_get_app_data(ssl);
+}
+
+static bool note(SSL *ssl, uintptr_t n)
+{
+    return SSL_set_app_data(ssl, (void *)n) == 1;
+}
+
+/* OpenSSL comes here with each hello: with two of a client that is asked for another curve, which pays once. */
 static int may_begin(SSL *ssl, int *ret_alert, void *user)
 {
     const struct lum_tls *tls = user;
-    if (tls->may_begin(tls->may_begin_user, SSL_get_fd(ssl)))
+    if (noted(ssl) || (tls->may_begin(tls->may_begin_user, SSL_get_fd(ssl)) && note(ssl, 1)))
         return SSL_CLIENT_HELLO_SUCCESS;
     *ret_alert = SSL_AD_INTERNAL_ERROR; /* TLS has no word for "too many" */
     return SSL_CLIENT_HELLO_ERROR;
@@ -176,8 +187,8 @@ static void count_key_changes(int written, int version, int type, const void *me
     (void)version, (void)user;
     if (written || type != SSL3_RT_HANDSHAKE || n == 0 || *(const unsigned char *)message != SSL3_MT_KEY_UPDATE)
         return;
-    uintptr_t n_changes = (uintptr_t)SSL_get_app_data(ssl) + 1;
-    if (n_changes > LUM_LIMIT_KEY_CHANGES || !SSL_set_app_data(ssl, (void *)n_changes))
+    uintptr_t n_changes = noted(ssl); /* with this one */
+    if (n_changes > LUM_LIMIT_KEY_CHANGES || !note(ssl, n_changes + 1))
         SSL_set_shutdown(ssl, SSL_RECEIVED_SHUTDOWN); /* nothing more is read, as if it had ended */
 }
 

@@ -76,7 +76,7 @@ class Daemon:
         return self
 
     def __exit__(self, kind, value, traceback):
-        if self.trust:  # who does not answer the end of TLS would be waited for, ten seconds in all
+        if self.trust:  # who does not answer the end of TLS would be waited for, a second
             for session in self.sessions:
                 session.close()
         status = self.stop()
@@ -146,10 +146,10 @@ class Daemon:
         raise AssertionError(f"no metric {name}")
 
     def assert_well(self):
-        """The daemon is up and correct for others."""
+        """The daemon is up and correct for others, whose address has begun no handshakes."""
         assert self.process.poll() is None, "the daemon is gone"
         assert self.get("/healthz")[0] == 200
-        ws = self.connect()
+        ws = self.connect(source="127.0.0.100")
         assert "scene_rev" in ws.call("scene.get") if not os.environ.get("LUMEND_FAKE") else True
         ws.close()
 

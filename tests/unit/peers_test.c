@@ -1,4 +1,5 @@
 /* Who may connect, and how often: networks of addresses, buckets that fill, handshakes of TLS. */
+#define _GNU_SOURCE /* POLLRDHUP */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -6,14 +7,17 @@
 #include <cmocka.h>
 
 #include <arpa/inet.h>
+#include <poll.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include "protocol/base/limits.h"
 #include "server/net/bucket.h"
 #include "server/net/handshakes.h"
 #include "server/net/peers.h"
+#include "server/net/received.h"
 
 static struct in6_addr network_of(const char *text)
 {
@@ -104,6 +108,73 @@ static void buckets_fill_at_their_pace(void **state)
     assert_int_equal(lum_bucket_charge(&b, 5.0, 100 * s), s);
     assert_false(lum_bucket_take(&b, 101 * s)); /* what was owed is paid, and no more */
     assert_int_equal(lum_bucket_charge(&b, 0.0, 101 * s), 0);
+    assert_int_equal(lum_bucket_charge(&b, 18446744073709551615.0, 101 * s),
+                     3600 * s); /* more than can be waited for */
+    assert_int_equal(lum_bucket_charge(&b, 1.0, 3701 * s), 3600 * s);
+}
+
+/* Two ends of a connection. */
+static void join(int *ret_from, int *ret_to)
+{
+    struct sockaddr_in here = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
+    socklen_t n = sizeof here;
+    int listening = socket(AF_INET, SOCK_STREAM, 0);
+    *ret_from = socket(AF_INET, SOCK_STREAM, 0);
+    assert_true(listening >= 0 && *ret_from >= 0);
+    assert_int_equal(bind(listening, (struct sockaddr *)&here, sizeof here), 0);
+    assert_int_equal(listen(listening, 1), 0);
+    assert_int_equal(getsockname(listening, (struct sockaddr *)&here, &n), 0);
+    assert_int_equal(connect(*ret_from, (struct sockaddr *)&here, sizeof here), 0);
+    *ret_to = accept(listening, NULL, NULL);
+    assert_true(*ret_to >= 0);
+    close(listening);
+}
+
+static void what_was_read_is_counted(void **state)
+{
+    (void)state;
+    int from, to;
+    char bytes[1000] = {0};
+    uint64_t n = 0;
+    join(&from, &to);
+    assert_int_equal(send(from, bytes, sizeof bytes, 0), sizeof bytes);
+    assert_int_equal(recv(to, bytes, sizeof bytes, MSG_PEEK | MSG_WAITALL), sizeof bytes); /* all of them are there */
+    assert_true(lum_received_bytes(to, &n));
+    assert_int_equal(n, 0);
+    assert_int_equal(recv(to, bytes, 300, 0), 300);
+    assert_true(lum_received_bytes(to, &n));
+    assert_int_equal(n, 300);
+    close(to);
+    assert_false(lum_received_bytes(to, &n));
+    assert_int_equal(n, 300);
+    close(from);
+}
+
+/* As long as an out-of-band byte is before them, the system does not tell of bytes that are unread. */
+static void what_was_read_never_becomes_less(void **state)
+{
+    (void)state;
+    int from, to;
+    char bytes[1000] = {0};
+    uint64_t n = 0, before = 0, n_read = 0;
+    join(&from, &to);
+    assert_int_equal(send(from, bytes, 10, 0), 10);
+    assert_int_equal(send(from, "!", 1, MSG_OOB), 1);
+    assert_int_equal(send(from, bytes, sizeof bytes, 0), sizeof bytes);
+    assert_int_equal(shutdown(from, SHUT_WR), 0);
+    struct pollfd end = {.fd = to, .events = POLLRDHUP};
+    assert_int_equal(poll(&end, 1, -1), 1); /* all of them are there */
+    assert_true(lum_received_bytes(to, &before));
+    assert_true(before > 0); /* too many; more than were read are paid for, and not again */
+    for (ssize_t k = 1; k > 0; before = n) {
+        k = recv(to, bytes, 100, 0);
+        n_read += (uint64_t)k;
+        assert_true(lum_received_bytes(to, &n));
+        assert_true(n >= before && n >= n_read);
+    }
+    assert_int_equal(n_read, 10 + sizeof bytes);
+    close(to);
+    close(from);
 }
 
 static struct in6_addr nth_network(unsigned i)
@@ -170,7 +241,8 @@ static void who_begins_most_is_remembered(void **state)
     begin_all(&h, &flooder, false, 5 * s);
     for (unsigned i = 1; i <= 2 * LUM_LIMIT_HANDSHAKE_NETWORKS; i++) {
         struct in6_addr network = nth_network(i);
-        (void)lum_handshakes_take(&h, &network, false, 5 * s);
+        assert_true(
+            lum_handshakes_may(&h, &network, true, 5 * s)); /* which takes a place, and nothing of what all may */
     }
     assert_int_equal(begin_all(&h, &flooder, true, 5 * s), 0);
 }
@@ -182,6 +254,8 @@ int main(void)
         cmocka_unit_test(a_network_is_limited_whatever_its_addresses),
         cmocka_unit_test(the_network_with_most_guests_makes_room),
         cmocka_unit_test(buckets_fill_at_their_pace),
+        cmocka_unit_test(what_was_read_is_counted),
+        cmocka_unit_test(what_was_read_never_becomes_less),
         cmocka_unit_test(handshakes_of_a_network_are_limited),
         cmocka_unit_test(handshakes_of_all_are_limited),
         cmocka_unit_test(who_begins_most_is_remembered),

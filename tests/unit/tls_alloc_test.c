@@ -181,6 +181,40 @@ static void no_memory_to_shake_hands(void **state)
     lum_tls_destroy(tls);
 }
 
+static void count_hellos(int written, int version, int type, const void *message, size_t n, SSL *ssl, void *user)
+{
+    (void)version, (void)ssl;
+    if (written && type == SSL3_RT_HANDSHAKE && n > 0)
+        *(unsigned *)user += *(const unsigned char *)message == SSL3_MT_CLIENT_HELLO;
+}
+
+/* The server has one curve, and the client first tries another: it has to say hello twice. */
+static void who_says_hello_twice_begins_once(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_tls *tls;
+    struct lum_error err;
+    unsigned n_asked = 0;
+    SSL_CTX *server_ctx = SSL_CTX_new(TLS_server_method()), *client_ctx = SSL_CTX_new(TLS_client_method());
+    assert_int_equal(lum_tls_create(&f->config, &tls, &err), LUM_OK);
+    assert_true(lum_tls_setup(tls, server_ctx, may_begin, &n_asked));
+    assert_int_equal(SSL_CTX_set1_groups_list(server_ctx, "P-384"), 1);
+    assert_int_equal(SSL_CTX_set1_groups_list(client_ctx, "X25519:P-384"), 1);
+    SSL *server = SSL_new(server_ctx), *client = SSL_new(client_ctx);
+    unsigned n_hellos = 0;
+    SSL_set_msg_callback(client, count_hellos);
+    SSL_set_msg_callback_arg(client, &n_hellos);
+    assert_true(join(server, client));
+    assert_true(shake(server, client));
+    assert_int_equal(n_hellos, 2);
+    assert_int_equal(n_asked, 1);
+    SSL_free(server);
+    SSL_free(client);
+    SSL_CTX_free(server_ctx);
+    SSL_CTX_free(client_ctx);
+    lum_tls_destroy(tls);
+}
+
 static bool may_not_begin(void *user, int fd)
 {
     (void)user, (void)fd;
@@ -211,6 +245,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(no_memory_for_a_certificate, set_up, tear_down),
         cmocka_unit_test_setup_teardown(no_memory_to_shake_hands, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(who_says_hello_twice_begins_once, set_up, tear_down),
         cmocka_unit_test_setup_teardown(who_may_not_begin_gets_no_answer, set_up, tear_down),
     };
     (void)argv;
