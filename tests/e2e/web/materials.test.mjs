@@ -100,8 +100,10 @@ test('two people see each other’s changes, and each takes back only what is th
     await other.page.keyboard.press('Enter');
     await eventually(async () => (await number(page, 'Roughness').inputValue()) === '0.25', () => number(page, 'Roughness').inputValue());
     await panelOf(page).locator('.others-mark').waitFor({ state: 'attached' });
-    await edit(() => page.locator('.stage').press('z')); // of the stretch
-    await eventually(async () => (await slider(other.page, 'Stretch').count()) === 0, () => panelOf(other.page).textContent());
+    const lacquer = slider(other.page, 'Lacquer');
+    assert.equal(await lacquer.getAttribute('aria-valuetext'), '0.02');
+    await edit(() => page.locator('.stage').press('z')); // of the lacquer
+    await eventually(async () => (await lacquer.getAttribute('aria-valuetext')) !== '0.02', () => panelOf(other.page).textContent());
     assert.equal(await number(page, 'Roughness').inputValue(), '0.25');
     await other.page.close();
     assert.deepEqual([...tab.watch.errors, ...other.watch.errors], []);
