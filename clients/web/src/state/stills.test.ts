@@ -18,7 +18,7 @@ function made() {
             return new Promise((resolve) => opened.push((id) => resolve({ view_id: id })));
         },
         ...{ notify: () => undefined, onError: (e) => errors.push(e.message), announce: (text) => told.push(text), online: signal(true) },
-        ...{ pose: () => ({ position: [0, 0, 1], target: [0, 0, 0], up: [0, 1, 0], vfov_deg: 45 }), params: () => ({ size: [8, 6], overlay: 'illuminance' }) },
+        ...{ pose: () => ({ position: [0, 0, 1], target: [0, 0, 0], up: [0, 1, 0], vfov_deg: 45 }), params: () => ({ size: [8, 6], overlay: 'illuminance' }), restSize: () => [16, 12] },
         ...{ method: () => null, addsSamples: () => true, canvas: () => canvas as unknown as HTMLCanvasElement, save: (name) => told.push(name) },
     });
     const closed = (): unknown[] => calls.filter(([method]) => method === 'view.close').map(([, params]) => params.view_id);
@@ -61,10 +61,21 @@ test('while a file is written the next picture is made', async () => {
     await settle();
     blobs[0]!(new Blob(['x']));
     await saving;
-    assert.deepEqual([told, closed(), stills.owns(2)], [['panorama.png', 'Saved as panorama.png'], [1], true]);
+    assert.deepEqual([told, closed(), stills.owns(2)], [['The panorama is being made', 'The picture is being made', 'panorama.png', 'Saved as panorama.png'], [1], true]);
     whole();
     const second = stills.save();
     blobs[1]!(null);
     await second;
-    assert.deepEqual([told.length, errors.length, closed()], [2, 1, [1, 2]], 'what is no file is not said to be one');
+    assert.deepEqual([told.length, errors.length, closed()], [4, 1, [1, 2]], 'what is no file is not said to be one');
+});
+
+test('a picture in cd/m2 is one of light, and as fine as the one on screen at rest', () => {
+    const { stills, calls } = made();
+    void stills.start('picture', 'exr', 0);
+    stills.cancel();
+    void stills.start('panorama', 'png', 1024);
+    assert.deepEqual(calls.map(([, { size, overlay, codec }]) => [size, overlay, codec]), [
+        [[16, 12], 'none', 'half_deflate'],
+        [[1024, 512], 'illuminance', 'png'],
+    ]);
 });

@@ -37,6 +37,8 @@ export interface StillsHost {
     pose(): CameraPose;
     /** Of view.open: as the view on screen shows its picture, but for camera, method and quality. */
     params(): JsonObject;
+    /** Of the view on screen, as fine as it gets. */
+    restSize(): readonly [number, number];
     /** Of the view on screen; null: the scene's. */
     method(): string | null;
     /** It gets better, and may be held to an error. */
@@ -69,6 +71,7 @@ export class Stills {
         this.canvas = host.canvas();
         this.picture = new Picture(this.canvas, { onDrawn: (h) => this.drawn(h), onBroken: (_, error) => this.fail(error) });
         this.opening = true;
+        host.announce(`The ${kind} is being made`);
         try {
             const { view_id: id } = await host.call('view.open', this.params(kind, format, width));
             if (turn === this.turn) this.viewId = Number(id);
@@ -86,7 +89,8 @@ export class Stills {
         const camera = { ...host.pose(), projection: kind === 'panorama' ? 'panorama' : 'perspective' } as unknown as Json;
         return {
             ...host.params(),
-            ...(kind === 'panorama' ? { size: [width, width / 2] } : {}),
+            size: kind === 'panorama' ? [width, width / 2] : [...host.restSize()],
+            ...(format === 'exr' ? { overlay: 'none' } : {}), // a map of light would be what its numbers mean
             ...(method === null ? {} : { method }),
             ...(host.addsSamples() ? { spp: ENOUGH_SPP, budget: { error: ENOUGH_ERROR } } : {}),
             ...{ camera, codec: format === 'exr' ? 'half_deflate' : 'png', stats: false },
