@@ -258,21 +258,148 @@ test('a line that breaks is made again: edits are made once, views and listeners
     assert.equal(across.name, name);
     const picture = await view.picture();
     assert.ok(picture.sceneRev >= rev, 'the view was opened again');
-    assert.equal(typeof first, 'number');
+    assert.deepEqual([picture.width, picture.height], [32, 24]);
+    const ids = (await across.call('stats.get', {})).views.map((v) => v.view_id);
+    assert.ok(ids.includes(view.id), `view ${view.id}, which was ${first}, of ${ids}`);
     assert.deepEqual(told.filter((r) => r === rev || r === rev - 1), [rev - 1, rev], 'what was missed was told, once');
     assert.equal(await across.undo(), rev + 1);
     assert.equal((await across.scene()).get(LAMP).flux_lm === 1234, false);
 
+    const gone = async () => {
+        line.break();
+        while (!across.away) await new Promise(setImmediate);
+    };
+    // Of a view that is asked while the line is away the number is that of the new connection: another one, as the first is closed.
+    const second = await across.view(16, 12, { linear: true, method: 'path', spp: 1 });
+    await view.close();
+    await gone();
+    const moved = second.update({ size: [24, 12], effects: { media: 'off' } });
+    const read = second.read(2, 2);
+    line.open = true;
+    await moved;
+    assert.ok('value' in (await read), 'that of this view, whatever it has by now');
+    assert.equal((await second.picture()).width, 24);
+
+    // Whichever of the two cameras came last counts when it is opened again, and effects add up.
+    await second.update({ camera_id: 'main', effects: { soft_shadow: 'off' } });
+    await second.update({ camera: { position: [0, 1, 0.5], target: [0, 1, 0] } });
+    assert.deepEqual(second.renewed().effects, { media: 'off', soft_shadow: 'off' });
+    await gone();
+    line.open = true;
+    assert.equal((await second.picture()).width, 24);
+    await assert.rejects(second.update({ method: 'none such' }), refused('invalid_value'));
+    await gone();
+    const closing = second.close();
+    line.open = true;
+    await closing;
+    assert.deepEqual((await across.call('stats.get', {})).views, [], 'what was closed while the line was away is closed');
+
     // Nobody is there any more.
-    const short = await lumend.connect(own.url.replace(`:${own.port}`, `:${line.port}`), { reconnectMs: 300 });
+    const roam = () => lumend.connect(own.url.replace(`:${own.port}`, `:${line.port}`), { reconnectMs: 300 });
+    const short = await roam();
     line.break();
     await assert.rejects(short.wait(() => null, 'it', () => null), lumend.ClosedError);
     await assert.rejects(short.scene(), lumend.ClosedError);
     line.open = true;
-    await across.undo().catch(() => undefined); // comes back, or has nothing to undo
-    for (const session of [across, beside, short]) await session.close();
+    assert.equal(await across.redo(), across.sceneRev);
+
+    // Closed while the line is away: it is not tried any more.
+    let tries = 0;
+    await gone();
+    line.server.on('connection', () => tries++);
+    await across.close();
+    await assert.rejects(across.scene(), lumend.ClosedError);
+    line.open = true;
+    await beside.scene();
+    assert.equal(tries, 0);
+    for (const session of [beside, short]) await session.close();
     await line.close();
     assert.equal(await own.stop(), 0, own.log);
+});
+
+/** A server that answers as a test wants it to, by the sockets that are opened to it, in their order. */
+async function scripted(t, options, ...scripts) {
+    const { WebSocketServer } = ofWeb('ws');
+    const server = new WebSocketServer({ host: '127.0.0.1', port: 0, handleProtocols: () => 'lumend.v1' });
+    await new Promise((ready) => server.once('listening', ready));
+    t.after(() => server.close());
+    const lines = [];
+    server.on('connection', (socket) => {
+        const script = scripts[Math.min(lines.length, scripts.length - 1)];
+        lines.push(socket);
+        socket.seen = [];
+        socket.on('message', (text) => {
+            const { id, method, params } = JSON.parse(text);
+            socket.seen.push({ method, params });
+            const answer = script(method, params, socket);
+            if (answer?.error) socket.send(JSON.stringify({ jsonrpc: '2.0', id, error: { code: -32000, message: answer.error, data: { code: answer.error } } }));
+            else if (answer) socket.send(JSON.stringify({ jsonrpc: '2.0', id, result: answer }));
+        });
+    });
+    const session = await lumend.connect(`http://127.0.0.1:${server.address().port}/#t=x`, { reconnectMs: 60_000, timeoutMs: 60_000, ...options });
+    return { session, lines };
+}
+const greeting = (resumed, more = {}) => ({ session: 'a.0-1', key: 'k', resumed, limits: { message_bytes: 1000 }, scene_rev: 5, project: null, ...more });
+
+test('an edit whose session was lost on the way is not made again, whatever hello came last', async (t) => {
+    const { session, lines } = await scripted(
+        t,
+        {},
+        (method, _, socket) => (method === 'session.hello' ? greeting(false) : method === 'view.open' ? { view_id: 1 } : void socket.terminate()),
+        (method, _, socket) => (method === 'session.hello' ? greeting(false) : void socket.terminate()), // as its view is opened again
+        (method) => (method === 'session.hello' ? greeting(true) : method === 'view.open' ? { view_id: 1 } : { scene_rev: 6 }),
+    );
+    await session.view(4, 3);
+    await assert.rejects(session.undo(), (error) => error instanceof lumend.ClosedError && /does not know this session/.test(error.message));
+    assert.equal(await session.undo(), 6, 'the next is of the session there is');
+    await session.close();
+    assert.equal(lines.length, 3);
+    assert.ok(lines.every(({ seen }) => !seen.some(({ params }) => params?.repeat)));
+});
+
+test('what a server refuses for the moment, or of one view, ends no session; a message that is too long is not sent', async (t) => {
+    const first = (method, _, socket) => {
+        if (method === 'session.hello') return greeting(false);
+        if (method === 'view.open') return { view_id: 1 };
+        return void socket.terminate();
+    };
+    const { session, lines } = await scripted(
+        t,
+        {},
+        first,
+        () => ({ error: 'limit_exceeded' }),
+        (method) => (method === 'session.hello' ? greeting(true) : method === 'view.open' ? { error: 'not_found' } : { scene_rev: 9 }),
+    );
+    await assert.rejects(session.edit((edit) => edit.set('a', { name: 'x'.repeat(1000) })), RangeError);
+    await assert.rejects(session.edit((edit) => edit.set('a', { name: 'ä'.repeat(490) })), RangeError);
+    const view = await session.view(4, 3);
+    assert.equal(await session.undo(), 9, 'made when the line was there again');
+    await assert.rejects(view.picture(), refused('not_found'));
+    await view.close();
+    await session.close();
+    assert.deepEqual(lines.map(({ seen }) => seen.map(({ method }) => method)), [
+        ['session.hello', 'view.open', 'scene.undo'],
+        ['session.hello'],
+        ['session.hello', 'view.open', 'scene.undo'],
+    ]);
+});
+
+test('the end of a connection that is not the newest is no news, and one that is refused for good ends the session', async (t) => {
+    const { session, lines } = await scripted(
+        t,
+        {},
+        (method, _, socket) => (method === 'session.hello' ? greeting(false) : void socket.terminate()),
+        () => ({ error: 'limit_exceeded' }),
+        (method) => (method === 'session.hello' ? greeting(true) : { ops: [] }),
+    );
+    assert.equal((await session.scene()).size, 0);
+    lines[1].close(4009);
+    await new Promise((gone) => (lines[1].readyState === 3 ? gone() : lines[1].once('close', gone)));
+    assert.equal((await session.scene()).size, 0);
+    lines[2].close(1009);
+    await assert.rejects(session.wait(() => null, 'end', () => null), lumend.ClosedError);
+    await session.close();
+    assert.equal(lines.length, 3);
 });
 
 test('a server that stops, or is none, is told', async () => {
@@ -342,7 +469,7 @@ test('a project that is being opened is waited for, and a server that is silent 
         t.mock.timers.tick(900);
         await slow.tell(opening);
     }
-    await slow.tell({ id: slow.socket.sent[0].id, result: { session: 'a.0-1', project: { id: 'abc', name: 'A' }, scene_rev: 1 } });
+    await slow.tell({ id: slow.socket.sent[0].id, result: { session: 'a.0-1', project: { id: 'abc', name: 'A' }, limits: { message_bytes: 8388608 }, scene_rev: 1 } });
     await slow.hello;
     const silent = begin();
     await silent.tell(opening);

@@ -33,6 +33,8 @@ export class Rpc {
     private nextId = 1;
     private readonly waiting = new Map<number, Waiting>();
     private closed = false;
+    /** What the server takes in one message: it closes the connection at more. */
+    mostBytes = Infinity;
 
     constructor(
         private readonly send: (text: string) => void,
@@ -42,9 +44,13 @@ export class Rpc {
     call(method: string, params: JsonObject = {}): Promise<JsonObject> {
         if (this.closed) return Promise.reject(new ClosedError('not connected'));
         const id = this.nextId++;
+        const message = JSON.stringify({ jsonrpc: '2.0', id, method, params });
+        if (isLonger(message, this.mostBytes)) {
+            return Promise.reject(new RangeError(`${method} is longer than the ${this.mostBytes} bytes that the server takes in a message`));
+        }
         return new Promise((resolve, reject) => {
             this.waiting.set(id, { resolve, reject });
-            this.send(JSON.stringify({ jsonrpc: '2.0', id, method, params }));
+            this.send(message);
         });
     }
 
@@ -73,6 +79,9 @@ export class Rpc {
         this.waiting.clear();
     }
 }
+
+/** In UTF-8, where a unit of UTF-16 takes 1 to 3 bytes. */
+const isLonger = (message: string, bytes: number): boolean => 3 * message.length > bytes && new TextEncoder().encode(message).length > bytes;
 
 export function isObject(value: unknown): value is JsonObject {
     return typeof value === 'object' && value !== null && !Array.isArray(value);

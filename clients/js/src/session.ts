@@ -32,8 +32,9 @@ const CLOSED = 3;
 export async function connect(page: string, options: ConnectOptions = {}): Promise<Session> {
     const { address, token, project } = addressOf(page);
     const wanted = options.project ?? project;
+    const timeoutMs = options.timeoutMs ?? TIMEOUT_MS;
     const hello = { client: options.client ?? 'javascript', ...(token !== null && { token }), ...(wanted && { project: wanted }) };
-    const session = new Session(await openSocket(address), options.timeoutMs ?? TIMEOUT_MS, { address, hello, forMs: options.reconnectMs ?? 0 });
+    const session = new Session(await openSocket(address, timeoutMs), timeoutMs, { address, hello, forMs: options.reconnectMs ?? 0 });
     try {
         await session.hello(hello);
     } catch (error) {
@@ -52,8 +53,15 @@ interface Return {
 
 const FIRST_RETRY_MS = 100;
 const LAST_RETRY_MS = 5000;
-/** Close codes after which there is no coming back: wrong token, taken away, ended by an administrator, gone on elsewhere. */
-const FINAL: readonly number[] = [4001, 4003, 4004, 4009];
+/**
+ * Close codes after which there is no coming back: a message that is refused, and would be again; wrong token, taken away, ended by
+ * an administrator, gone on elsewhere.
+ */
+const FINAL: readonly number[] = [1003, 1009, 4001, 4003, 4004, 4009];
+/** What refuses a hello for the moment. */
+const PASSING: readonly string[] = ['limit_exceeded', 'busy'];
+/** The longest that timers count. */
+const LONGEST_MS = 2 ** 31 - 1;
 
 /** Change nothing, and are of no view: where the connection breaks before the answer they are asked again. */
 const QUESTIONS: readonly Method[] = ['scene.get', 'stats.get', 'daylight', 'photometry', 'bounds', 'probe', 'sensor.read', 'asset.list', 'asset.photometry', 'project.list', 'version.list'];
@@ -73,8 +81,8 @@ export class Session {
     private rpc!: Rpc;
     private socket!: WebSocket;
     private key = '';
-    /** The last hello went on with the session that broke. */
-    private resumed = false;
+    /** Counts the hellos that were to go on with the session, and did not: what the server knew of it is gone. */
+    private lives = 0;
     /** While the connection is away: until it is there again, or for good. */
     private away: Promise<void> | null = null;
     private edits = 0;
@@ -92,6 +100,8 @@ export class Session {
     /** What was told last of the project that is being opened. */
     private opening: unknown = null;
     private broken: Error | null = null;
+    /** Whoever tries to come back leaves it. */
+    private readonly stop = new AbortController();
     private ended: () => void = () => undefined;
     private readonly closed = new Promise<void>((resolve) => (this.ended = resolve));
 
@@ -108,8 +118,8 @@ export class Session {
         this.socket = socket;
         this.rpc = new Rpc((text) => socket.send(text), (method, params) => this.notified(method, params));
         socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => socket === this.socket && this.received(event.data);
-        socket.onerror = null;
-        socket.onclose = (event) => this.lost(event);
+        socket.onerror = () => undefined; // its end is told by what follows
+        socket.onclose = (event) => socket === this.socket && this.lost(event);
     }
 
     private lost(event: { code: number; reason: string }): void {
@@ -130,25 +140,33 @@ export class Session {
         const hello = await this.greeted(params);
         this.name = hello.session;
         this.key = hello.key;
-        this.resumed = hello.resumed;
         this.role = hello.role;
         this.saved = hello.saved;
         this.project = hello.project;
         this.limits = hello.limits;
-        this.sceneRev = Math.max(this.resumed || params.resume === undefined ? this.sceneRev : 0, hello.scene_rev ?? 0);
+        this.rpc.mostBytes = hello.limits.message_bytes;
+        if (params.resume !== undefined && !hello.resumed) {
+            this.lives++;
+            this.sensors.clear();
+            this.sceneRev = 0;
+        }
+        this.sceneRev = Math.max(this.sceneRev, hello.scene_rev ?? 0);
     }
 
     /** Until the server is there, or the time is over. Views are of a connection: they are opened again. */
     private async comeBack(why: Error): Promise<void> {
         const until = Date.now() + this.back.forMs;
+        const left = (): number => Math.max(0, until - Date.now());
         for (let pause = FIRST_RETRY_MS; !this.broken; pause = Math.min(2 * pause, LAST_RETRY_MS)) {
-            await new Promise((resolve) => setTimeout(resolve, Math.min(pause, Math.max(0, until - Date.now()))));
+            await pauseOf(Math.min(pause, left()), this.stop.signal);
             try {
-                await this.resume();
+                await within(this.resume(), Math.max(1, left()), 'no connection');
                 this.news();
                 return;
             } catch (error) {
-                if (error instanceof RpcError || Date.now() >= until) this.end(error instanceof RpcError ? error : why);
+                this.letGo();
+                const isFinal = error instanceof RpcError && !PASSING.includes(error.app);
+                if (isFinal || left() === 0) this.end(isFinal ? error : why);
             }
         }
         this.ended();
@@ -156,21 +174,46 @@ export class Session {
     }
 
     private async resume(): Promise<void> {
-        const socket = await openSocket(this.back.address);
-        if (this.broken) return socket.close(1000);
+        if (this.broken) throw this.broken;
+        const socket = await openSocket(this.back.address, this.timeoutMs, this.stop.signal);
         this.tiles = Promise.resolve();
         this.attach(socket);
         await this.hello({ ...this.back.hello, resume: this.name, key: this.key, scene_rev: this.sceneRev });
-        if (this.watching) await this.rpc.call('sensor.watch', { on: true, points: true });
+        if (this.watching) this.watching = await this.accepted(this.rpc.call('sensor.watch', { on: true, points: true }));
         this.views.clear();
         for (const view of this.opened) await this.reopen(view);
     }
 
+    /** False: the server refused it. */
+    private accepted(asked: Promise<unknown>): Promise<boolean> {
+        return asked.then(
+            () => true,
+            (error: unknown) => {
+                if (error instanceof RpcError) return false;
+                throw error;
+            },
+        );
+    }
+
+    /** Of an attempt that failed: or its end would be taken for one of the next. */
+    private letGo(): void {
+        this.rpc.close();
+        this.socket.onclose = null;
+        if (this.socket.readyState !== CLOSED) this.socket.close(1000);
+    }
+
     /** Frames of it may have come before the answer that tells its new number. */
     private async reopen(view: View): Promise<void> {
-        const { view_id: id } = (await this.rpc.call('view.open', view.renewed())) as unknown as Answers['view.open'];
-        view.goOn(id, this.views.get(id));
-        this.views.set(id, view);
+        const asked = this.rpc.call('view.open', view.renewed()) as Promise<unknown> as Promise<Answers['view.open']>;
+        const refused = (error: unknown): void => {
+            if (!(error instanceof RpcError)) throw error;
+            this.opened.delete(view);
+            view.refused = error; // the session goes on without it
+        };
+        await asked.then(({ view_id: id }) => {
+            view.goOn(id, this.views.get(id));
+            this.views.set(id, view);
+        }, refused);
     }
 
     /** The time begins anew whenever the server tells that it is opening the project. */
@@ -198,7 +241,7 @@ export class Session {
 
     /** Any request of PROTOCOL.md. Fails with RpcError where the server refuses, with ClosedError where it is gone. */
     call<M extends Method>(method: M, params: Params[M], timeoutMs = this.timeoutMs): Promise<Answers[M]> {
-        if (this.away) return within(this.away, timeoutMs, 'no connection').then(() => this.call(method, params, timeoutMs));
+        if (this.away) return this.ready(timeoutMs).then(() => this.call(method, params, timeoutMs));
         const answer = this.rpc.call(method, params as JsonObject) as Promise<unknown> as Promise<Answers[M]>;
         const asked = within(answer, timeoutMs, `no answer to ${method}`);
         if (!QUESTIONS.includes(method)) return asked;
@@ -206,6 +249,17 @@ export class Session {
             if (error instanceof ClosedError && this.away) return this.call(method, params, timeoutMs);
             throw error;
         });
+    }
+
+    /** As soon as there is a connection: what is read then is of that one. */
+    async ready(timeoutMs = this.timeoutMs): Promise<void> {
+        while (this.away) await within(this.away, timeoutMs, 'no connection');
+    }
+
+    /** What of the scene's revisions is known to be there: none of them where the server does not know this session any more. */
+    since(): () => number {
+        const { lives, sceneRev } = this;
+        return () => (lives === this.lives ? sceneRev : 0);
     }
 
     /** A request without an answer: for view.update while something is dragged. */
@@ -232,16 +286,18 @@ export class Session {
 
     /** Tiles are unpacked one after the other, whatever comes between. */
     private receivedTile(data: ArrayBuffer): void {
+        const { rpc } = this;
         const tile = readTile(decodeFrame(data));
         tile.catch(() => undefined); // it is looked at below, later
         this.tiles = this.tiles
-            .then(async () => this.show(await tile))
-            .catch((error: unknown) => this.fail(error))
+            .then(async () => this.show(await tile, rpc))
+            .catch((error: unknown) => rpc === this.rpc && this.fail(error))
             .then(() => this.news());
     }
 
-    private show(tile: Tile | null): void {
-        if (!tile || this.broken) return;
+    /** What came by a connection that broke meanwhile is of no view any more. */
+    private show(tile: Tile | null, rpc: Rpc): void {
+        if (!tile || this.broken || rpc !== this.rpc) return;
         const { viewId, frameSeq } = tile.header;
         if (this.viewOf(viewId).take(tile)) this.rpc.notify('frame.ack', { view_id: viewId, frame_seq: frameSeq });
     }
@@ -270,6 +326,7 @@ export class Session {
 
     private end(why: Error): void {
         this.broken ??= why;
+        this.stop.abort();
         this.rpc.close();
         this.news();
     }
@@ -288,7 +345,7 @@ export class Session {
             let look = (): void => undefined;
             const step = new Promise<void>((resolve) => {
                 look = () => {
-                    if (this.broken || ready() !== null || progress() !== before) resolve();
+                    if (this.broken || progress() !== before || ready() !== null) resolve();
                 };
                 this.waiting.add(look);
             });
@@ -331,13 +388,15 @@ export class Session {
     /** An edit, once: where the connection breaks before its answer it is sent again by its op_id, and the server knows whether it had it. */
     private async made<M extends 'scene.apply' | 'scene.undo' | 'scene.redo'>(method: M, params: Params[M]): Promise<Answers[M]> {
         const edit = { op_id: `${this.prefix}-${++this.edits}`, ...params };
+        await this.ready();
+        const { lives } = this;
         for (let repeat = false; ; repeat = true) {
             try {
                 return await this.call(method, { ...edit, ...(repeat && { repeat }) });
             } catch (error) {
                 if (!(error instanceof ClosedError) || !this.away) throw error;
-                await this.away;
-                if (!this.resumed) throw new ClosedError('the server does not know this session any more: nobody can tell whether this edit was made');
+                await this.ready(LONGEST_MS); // it ends when coming back does
+                if (lives !== this.lives) throw new ClosedError('the server does not know this session any more: nobody can tell whether this edit was made');
             }
         }
     }
@@ -369,12 +428,12 @@ export class Session {
     /** What a sensor says of the scene as it is, as soon as that is `enough`; when nothing else is said: as exact as it gets. */
     async sensor(id: string, enough: (value: SensorValue) => boolean = ({ settled }) => settled): Promise<SensorValue> {
         await this.call('sensor.read', { id }); // refused where there is none
-        const rev = this.sceneRev;
+        const rev = this.since();
         if (!this.watching) await this.call('sensor.watch', { on: true, points: true });
         this.watching = true;
         const known = (): SensorValue | null => {
             const value = this.sensors.get(id);
-            return value && value.scene_rev >= rev && (value.settled || enough(value)) ? value : null;
+            return value && value.scene_rev >= rev() && (value.settled || enough(value)) ? value : null;
         };
         return this.wait(known, `sensor ${id} was not measured`, () => this.sensors.get(id));
     }
@@ -388,9 +447,23 @@ function recordOf({ op, id, ...fields }: JsonObject): SceneRecord {
 async function within<T>(promise: Promise<T>, timeoutMs: number, what: string): Promise<T> {
     let timer: ReturnType<typeof setTimeout> | undefined;
     const late = new Promise<never>((_, reject) => {
-        timer = setTimeout(() => reject(new Error(`${what} within ${timeoutMs / 1000} s`)), timeoutMs);
+        timer = setTimeout(() => reject(new Error(`${what} within ${timeoutMs / 1000} s`)), Math.min(timeoutMs, LONGEST_MS));
     });
     return Promise.race([promise, late]).finally(() => clearTimeout(timer));
+}
+
+/** It ends early where nobody waits for it any more. */
+function pauseOf(ms: number, stop: AbortSignal): Promise<void> {
+    return new Promise((resolve) => {
+        const over = (): void => {
+            clearTimeout(timer);
+            stop.removeEventListener('abort', over);
+            resolve();
+        };
+        const timer = setTimeout(over, ms);
+        stop.addEventListener('abort', over);
+        if (stop.aborted) over();
+    });
 }
 
 /** Of Session.view(). */
@@ -401,6 +474,8 @@ export class View {
     private last: FrameHeader | null = null;
     /** What it was asked for in all. */
     private members: JsonObject = {};
+    /** A new connection could not have it: there is no such view any more. */
+    refused: RpcError | null = null;
 
     constructor(
         private readonly session: Session,
@@ -442,32 +517,64 @@ export class View {
      * whole one, which may be rough (stats.spp 0).
      */
     picture(converged = true): Promise<Picture> {
-        const rev = this.session.sceneRev, { cameraSeq } = this;
+        const rev = this.session.since(), { cameraSeq } = this;
         const shown = (): Picture | null => {
             const { last } = this;
-            if (!last || last.sceneRev < rev || last.cameraSeq < cameraSeq || (converged && !(last.flags & Flag.converged))) return null;
+            if (this.refused) throw this.refused;
+            if (!last || last.sceneRev < rev() || last.cameraSeq < cameraSeq || (converged && !(last.flags & Flag.converged))) return null;
             return this.canvas.picture(this.stats.get(last.frameSeq) ?? null);
         };
-        return this.session.wait(shown, `view ${this.id} got no such picture`, () => this.last);
+        return this.session.wait(shown, `view ${this.id} got no such picture`, () => this.refused ?? this.last);
     }
 
     async update(members: Omit<ViewMembers, 'codec' | 'camera_seq'>): Promise<void> {
-        Object.assign(this.members, members);
-        await this.session.call('view.update', { ...members, view_id: this.id, camera_seq: ++this.cameraSeq });
+        await this.ready();
+        const cameraSeq = ++this.cameraSeq;
+        try {
+            await this.session.call('view.update', { ...members, view_id: this.id, camera_seq: cameraSeq });
+        } catch (error) {
+            if (!(error instanceof RpcError)) this.remember(members); // where the answer is lost it may be so, and shall be
+            throw error;
+        }
+        this.remember(members);
+    }
+
+    /** As the server does: a camera of the scene takes the place of one that is told, and the other way; effects are told one by one. */
+    private remember(told: ViewMembers): void {
+        const members = { ...told };
+        delete members.resend;
+        const { camera, camera_id: cameraId, ...known } = this.members as unknown as ViewMembers;
+        const chosen = members.camera ?? members.camera_id;
+        const before = { ...known, ...(camera && { camera }), ...(cameraId !== undefined && { camera_id: cameraId }) };
+        const effects = { ...known.effects, ...members.effects };
+        this.members = { ...(chosen === undefined ? before : known), ...members, effects } as unknown as JsonObject;
     }
 
     /** What the picture has there: `value` in `unit`, cd/m2 or lx, and its `error`, each null where it is not known. */
-    read(x: number, y: number): Promise<Answers['view.read']> {
+    async read(x: number, y: number): Promise<Answers['view.read']> {
+        await this.ready();
         return this.session.call('view.read', { view_id: this.id, x, y });
     }
 
     /** What is under a pixel; `id` null: nothing. */
-    pick(x: number, y: number): Promise<Answers['pick']> {
+    async pick(x: number, y: number): Promise<Answers['pick']> {
+        await this.ready();
         return this.session.call('pick', { view_id: this.id, x, y });
     }
 
+    /** Where the connection breaks meanwhile it is gone with that. */
     async close(): Promise<void> {
-        await this.session.call('view.close', { view_id: this.id });
-        this.session.forget(this);
+        await this.session.ready();
+        try {
+            if (!this.refused) await this.session.call('view.close', { view_id: this.id });
+        } finally {
+            this.session.forget(this);
+        }
+    }
+
+    /** The number is that of the connection there is. */
+    private async ready(): Promise<void> {
+        await this.session.ready();
+        if (this.refused) throw this.refused;
     }
 }

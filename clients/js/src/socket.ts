@@ -16,15 +16,30 @@ export function addressOf(page: string): { address: string; token: string | null
     return { address: `${url.protocol.replace('http', 'ws')}//${url.host}${url.pathname}`, token, project: url.searchParams.get('project') };
 }
 
-/** Open, or an error that says why not. */
-export async function openSocket(address: string): Promise<WebSocket> {
+/** Open, or an error that says why not; given up after that time, or when it is told to stop. */
+export async function openSocket(address: string, timeoutMs: number, stop?: AbortSignal): Promise<WebSocket> {
     const socket = new (await socketClass())(address, SUBPROTOCOL);
     socket.binaryType = 'arraybuffer';
     return new Promise((resolve, reject) => {
-        socket.onopen = () => resolve(socket);
-        socket.onerror = (event) => {
-            const why = 'message' in event && typeof event.message === 'string' ? `: ${event.message}` : '';
+        const over = (): void => {
+            clearTimeout(timer);
+            stop?.removeEventListener('abort', stopped);
+            socket.onopen = null;
+            socket.onerror = () => undefined; // that it was closed early is no news
+        };
+        const fail = (why: string): void => {
+            over();
+            socket.close();
             reject(new Error(`cannot connect to ${address}${why}: does lumend run there?`));
         };
+        const stopped = (): void => fail(', and it is not wanted any more');
+        const timer = setTimeout(() => fail(` within ${timeoutMs / 1000} s`), timeoutMs);
+        socket.onopen = () => {
+            over();
+            resolve(socket);
+        };
+        socket.onerror = (event) => fail('message' in event && typeof event.message === 'string' ? `: ${event.message}` : '');
+        stop?.addEventListener('abort', stopped);
+        if (stop?.aborted) stopped();
     });
 }

@@ -59,7 +59,7 @@ async function brightness(lumend, materials, backed) {
     try {
         const session = await lumend.connect(daemon.url);
         const view = await session.view(SIDE * COLUMNS, SIDE * Math.ceil(materials.length / COLUMNS), { linear: true, method: 'path', spp: 256 });
-                const light = (await view.picture()).luminance();
+        const light = (await view.picture()).luminance();
         await session.close();
         return materials.map((_, i) => {
             const corner = SIDE * (SIDE * COLUMNS * Math.floor(i / COLUMNS) + (i % COLUMNS));

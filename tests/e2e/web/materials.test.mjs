@@ -73,7 +73,18 @@ test('a slider by keys is one step of undo, a number is typed, and colours keep 
         await number(page, 'Stretch').fill('0.7');
         await page.keyboard.press('Enter');
     });
-    assert.deepEqual(await panelOf(page).getByRole('group').evaluateAll((all) => all.map((g) => g.getAttribute('aria-label')).filter(Boolean).slice(0, 2)), ['Brushed', 'Translucent']);
+    // The first step of a part's slider brings it into use: it stays in hand, in its place.
+    const focused = () => page.evaluate(() => document.activeElement.getAttribute('aria-label'));
+    await edit(async () => {
+        await slider(page, 'Lacquer').focus();
+        await page.keyboard.press('ArrowRight');
+    });
+    await panelOf(page).getByRole('button', { name: 'Less' }).waitFor();
+    assert.equal(await focused(), 'Lacquer');
+    await edit(() => page.keyboard.press('ArrowRight'));
+    assert.equal(await slider(page, 'Lacquer').getAttribute('aria-valuetext'), '0.02');
+    await panelOf(page).getByRole('button', { name: 'Less' }).click();
+    assert.deepEqual(await panelOf(page).getByRole('group').evaluateAll((all) => all.map((g) => g.getAttribute('aria-label')).filter(Boolean)), ['Lacquer', 'Brushed', 'Translucent']);
     assert.deepEqual(await violations(page), []);
     await page.setViewportSize({ width: 1440, height: 900 });
     if (process.env.LUMEND_SHOT) await page.screenshot({ path: process.env.LUMEND_SHOT });
@@ -89,8 +100,10 @@ test('two people see each other’s changes, and each takes back only what is th
     await other.page.keyboard.press('Enter');
     await eventually(async () => (await number(page, 'Roughness').inputValue()) === '0.25', () => number(page, 'Roughness').inputValue());
     await panelOf(page).locator('.others-mark').waitFor({ state: 'attached' });
-    await edit(() => page.locator('.stage').press('z')); // of the stretch
-    await eventually(async () => (await slider(other.page, 'Stretch').count()) === 0, () => panelOf(other.page).textContent());
+    const lacquer = slider(other.page, 'Lacquer');
+    assert.equal(await lacquer.getAttribute('aria-valuetext'), '0.02');
+    await edit(() => page.locator('.stage').press('z')); // of the lacquer
+    await eventually(async () => (await lacquer.getAttribute('aria-valuetext')) !== '0.02', () => panelOf(other.page).textContent());
     assert.equal(await number(page, 'Roughness').inputValue(), '0.25');
     await other.page.close();
     assert.deepEqual([...tab.watch.errors, ...other.watch.errors], []);

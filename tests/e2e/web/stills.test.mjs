@@ -46,6 +46,14 @@ const colours = (file, places) =>
 
 const sizeOf = (png) => [readFileSync(png).readUInt32BE(16), readFileSync(png).readUInt32BE(20)];
 
+/** Width and height of an EXR file. */
+function windowOf(exr) {
+    const bytes = readFileSync(exr);
+    const at = bytes.indexOf('dataWindow\0box2i\0') + 17 + 4; // after its name, its type, and how long it is
+    const [x0, y0, x1, y1] = [0, 4, 8, 12].map((i) => bytes.readInt32LE(at + i));
+    return [x1 - x0 + 1, y1 - y0 + 1];
+}
+
 test('a panorama shows all around: what is at the left of the room is at its left, and above is up', async () => {
     const file = await save('Save panorama', 'png', true);
     assert.match(file, /panorama\.png$/);
@@ -69,14 +77,24 @@ test('the picture on screen is saved at once, and in cd/m2', async () => {
     const file = await save('Save picture', 'png', false);
     assert.match(file, /picture\.png$/);
     assert.deepEqual(sizeOf(file), await picture.evaluate((c) => [c.width, c.height]));
-    assert.match(await save('Save picture', 'exr', true), /picture\.exr$/);
+    const exr = await save('Save picture', 'exr', true);
+    assert.match(exr, /picture\.exr$/);
+    const { rest_size: rest } = tab.watch.sent.filter((m) => m.params?.rest_size).at(-1).params;
+    assert.deepEqual(windowOf(exr), rest, 'as fine as the picture at rest');
 });
 
 test('who does not want it any more calls it off, and the view on screen goes on', async () => {
-    await button('Save panorama').click();
+    await button('Save panorama').focus();
+    await page.keyboard.press('Enter');
+    await button('Cancel').waitFor();
+    for (let i = 0; !(await button('Cancel').evaluate((b) => b === document.activeElement)) && i < 200; i++) await page.evaluate(() => new Promise((done) => requestAnimationFrame(done)));
     assert.deepEqual(await violations(page), []);
-    await button('Cancel').click();
+    const focused = () => page.evaluate(() => document.activeElement.textContent.trim());
+    assert.equal(await focused(), 'Cancel');
+    await page.keyboard.press('Enter');
     await button('Save panorama').waitFor();
+    for (let i = 0; (await focused()) !== 'Save panorama' && i < 200; i++) await page.evaluate(() => new Promise((done) => requestAnimationFrame(done)));
+    assert.equal(await focused(), 'Save panorama');
     const closed = () => tab.watch.sent.filter((m) => m.method === 'view.close').length;
     for (let i = 0; closed() < 4 && i < 200; i++) await page.evaluate(() => new Promise((done) => requestAnimationFrame(done)));
     assert.equal(closed(), 4, 'each view of its own was closed');

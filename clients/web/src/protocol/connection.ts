@@ -1,5 +1,5 @@
 /** One WebSocket to the daemon that says hello and comes back by itself. Knows messages, not what they mean. */
-import { ClosedError, Rpc, RpcError, type JsonObject } from './rpc';
+import { ClosedError, isObject, Rpc, RpcError, type JsonObject } from './rpc';
 import { numberOr, stringOr } from './types';
 
 export const SUBPROTOCOL = 'lumend.v1';
@@ -120,6 +120,7 @@ export class Connection {
             if (this.socket !== socket) return;
             this.session = stringOr(hello.session, '');
             this.key = stringOr(hello.key, '');
+            rpc.mostBytes = isObject(hello.limits) ? numberOr(hello.limits.message_bytes, Infinity) : Infinity;
             this.failures = 0;
             this.online = true;
             this.events.onState({ at: 'online' });

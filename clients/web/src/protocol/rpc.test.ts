@@ -34,6 +34,15 @@ test('an error carries the server’s words, code and path', async () => {
     });
 });
 
+test('what is longer than the server takes is not sent: it would close the connection, and be sent again', async () => {
+    const { rpc, sent } = pair();
+    rpc.mostBytes = 100;
+    await assert.rejects(rpc.call('scene.apply', { name: 'x'.repeat(100) }), RangeError);
+    await assert.rejects(rpc.call('scene.apply', { name: 'ä'.repeat(25) }), RangeError);
+    void rpc.call('scene.apply', { name: 'x'.repeat(25) });
+    assert.equal(sent.length, 1);
+});
+
 test('notifications are passed on; unknown answers are not an error', () => {
     const { rpc, notified } = pair();
     rpc.receive('{"jsonrpc":"2.0","method":"scene.changed","params":{"scene_rev":3}}');

@@ -152,7 +152,7 @@ export class App {
         this.stills = new Stills({
             ...{ call, onError, online: this.online, save: saveAs, announce: (text) => toasts.announce(text) },
             ...{ method: () => view.settings.value.method, addsSamples: () => this.method.value?.addsSamples ?? false },
-            ...{ pose: () => poseFromOrbit(view.orbit.value), params: () => this.wantedReference().params },
+            ...{ pose: () => poseFromOrbit(view.orbit.value), params: () => this.wantedReference().params, restSize: () => view.restSize },
             notify: (method, params) => this.rpc?.notify(method, params),
             canvas: () => document.createElement('canvas'),
         });

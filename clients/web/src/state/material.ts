@@ -91,7 +91,8 @@ export function lightOf(m: Fields, base: Vec3 = colourOf(m, 'base_color')): Ligh
     return { rho, tau: (1 - lacquer) * luminance([down(0), down(1), down(2)]), solid: glass > 0 && !thin };
 }
 
-const digits = (v: number): number => Math.round(v * 1e4) / 1e4;
+/** Never more than v, or two shares would be more than the whole; 1e-9: what floats make of four digits. */
+const digits = (v: number): number => Math.floor(v * 1e4 + 1e-9) / 1e4;
 const rounded = (c: Vec3): Vec3 => [digits(c[0]), digits(c[1]), digits(c[2])];
 
 /** At most what is left of 1 in each channel: a sheet's two shares are of one whole. */

@@ -32,6 +32,13 @@ test('a sheet never gives more than it gets', () => {
     assert.deepEqual(baseFor({ specular: 0, diffuse_transmittance: [0.4, 0.4, 0.4] }, 0.9), [0.6, 0.6, 0.6]);
     assert.deepEqual(within([1, 0.2, 0.5], [0.4, 0.4, 0.4]), [0.6, 0.2, 0.5]);
     near(lightOf({ ...m, diffuse_transmittance: [...sheetFor(m, 0.2)] }).tau, 0.2, 1e-3, 'tau');
+    // Of what is no number of four digits there is not more left than there is.
+    for (const odd of [0.33335, 0.12345678, 0.99999, 2 / 3]) {
+        const other: [number, number, number] = [odd, odd, odd];
+        for (const c of [within([1, 1, 1], other), baseFor({ specular: 0, diffuse_transmittance: other }, 1), sheetFor({ base_color: other, specular: 0 }, 1)]) {
+            for (const v of c) assert.ok(v >= 0 && v + odd <= 1 && v + odd > 1 - 2e-4, `${v} beside ${odd}`);
+        }
+    }
 });
 
 test('every finish has what it states, fits its sheet, and is known again', () => {

@@ -78,4 +78,3 @@ export class Materials {
         if (await edits.transaction([{ op: 'set', id, path: '', value: fieldsOf(finish) }])) toasts.announce(`${id} is ${finish.name}`);
     }
 }
-

@@ -37,6 +37,8 @@ export interface StillsHost {
     pose(): CameraPose;
     /** Of view.open: as the view on screen shows its picture, but for camera, method and quality. */
     params(): JsonObject;
+    /** Of the view on screen, as fine as it gets. */
+    restSize(): readonly [number, number];
     /** Of the view on screen; null: the scene's. */
     method(): string | null;
     /** It gets better, and may be held to an error. */
@@ -50,6 +52,8 @@ export class Stills {
     readonly progress = signal<StillProgress | null>(null);
     private viewId: number | null = null;
     private opening = false;
+    /** Which picture is made: what belongs to one before is not taken for it. */
+    private turn = 0;
     private picture: Picture | null = null;
     private canvas: HTMLCanvasElement | null = null;
     private readonly linear = { canvas: new Canvas(), order: Promise.resolve() };
@@ -60,20 +64,22 @@ export class Stills {
     async start(kind: StillKind, format: StillFormat, width: number): Promise<void> {
         const { host } = this;
         if (this.progress.value || !host.online.value) return;
+        const turn = ++this.turn;
         this.progress.value = { kind, format, spp: 0, error: null };
         this.whole = false;
         this.linear.canvas = new Canvas();
         this.canvas = host.canvas();
         this.picture = new Picture(this.canvas, { onDrawn: (h) => this.drawn(h), onBroken: (_, error) => this.fail(error) });
         this.opening = true;
+        host.announce(`The ${kind} is being made`);
         try {
             const { view_id: id } = await host.call('view.open', this.params(kind, format, width));
-            this.viewId = Number(id);
-            if (this.progress.peek() === null) await this.close(); // it was called off meanwhile
+            if (turn === this.turn) this.viewId = Number(id);
+            else await this.closeView(Number(id)); // it was called off meanwhile
         } catch (error) {
-            this.fail(error as Error);
+            if (turn === this.turn) this.fail(error as Error);
         } finally {
-            this.opening = false;
+            if (turn === this.turn) this.opening = false;
         }
     }
 
@@ -83,7 +89,8 @@ export class Stills {
         const camera = { ...host.pose(), projection: kind === 'panorama' ? 'panorama' : 'perspective' } as unknown as Json;
         return {
             ...host.params(),
-            ...(kind === 'panorama' ? { size: [width, width / 2] } : {}),
+            size: kind === 'panorama' ? [width, width / 2] : [...host.restSize()],
+            ...(format === 'exr' ? { overlay: 'none' } : {}), // a map of light would be what its numbers mean
             ...(method === null ? {} : { method }),
             ...(host.addsSamples() ? { spp: ENOUGH_SPP, budget: { error: ENOUGH_ERROR } } : {}),
             ...{ camera, codec: format === 'exr' ? 'half_deflate' : 'png', stats: false },
@@ -95,8 +102,9 @@ export class Stills {
     }
 
     receive(frame: Frame): void {
+        const { turn } = this;
         if (this.progress.value?.format === 'png') this.picture?.receive(frame);
-        else this.linear.order = this.linear.order.then(() => this.take(frame)).catch((error: unknown) => this.fail(error as Error));
+        else this.linear.order = this.linear.order.then(() => this.take(frame)).catch((error: unknown) => (turn === this.turn ? this.fail(error as Error) : undefined));
     }
 
     private async take(frame: Frame): Promise<void> {
@@ -119,32 +127,40 @@ export class Stills {
     async save(): Promise<void> {
         const now = this.progress.value;
         if (!now || !this.whole) return;
-        this.progress.value = null;
         try {
-            const blob = now.format === 'exr' ? new Blob([(await this.linear.canvas.picture(null).exr()) as BlobPart]) : await this.png();
-            if (blob) this.host.save(`${now.kind}.${now.format}`, blob);
+            const file = now.format === 'exr' ? this.exr() : this.png(); // either has its pixels at once: the view may go
+            this.cancel();
+            this.host.save(`${now.kind}.${now.format}`, await file);
             this.host.announce(`Saved as ${now.kind}.${now.format}`);
         } catch (error) {
             this.host.onError(error as Error);
         }
-        await this.close();
     }
 
     cancel(): void {
-        this.progress.value = null;
-        void this.close();
+        const { viewId } = this;
+        this.closed(false);
+        if (viewId !== null) void this.closeView(viewId);
     }
 
     /** The connection is gone, and all views with it. */
-    closed(): void {
-        if (this.progress.value) this.host.announce('The picture to save was lost with the connection');
+    closed(lost = true): void {
+        if (lost && this.progress.value) this.host.announce('The picture to save was lost with the connection');
+        this.turn++;
+        this.opening = false;
         this.viewId = null;
         this.progress.value = null;
         this.let();
     }
 
-    private png(): Promise<Blob | null> {
-        return new Promise((resolve) => this.canvas!.toBlob(resolve, 'image/png'));
+    private async exr(): Promise<Blob> {
+        return new Blob([(await this.linear.canvas.picture(null).exr()) as BlobPart]);
+    }
+
+    private png(): Promise<Blob> {
+        return new Promise((resolve, reject) =>
+            this.canvas!.toBlob((blob) => (blob ? resolve(blob) : reject(new Error('The browser could not make a PNG of this picture'))), 'image/png'),
+        );
     }
 
     private fail(error: Error): void {
@@ -153,11 +169,8 @@ export class Stills {
         this.cancel();
     }
 
-    private async close(): Promise<void> {
-        const { viewId } = this;
-        this.viewId = null;
-        this.let();
-        if (viewId !== null && this.host.online.peek()) await this.host.call('view.close', { view_id: viewId }).catch(this.host.onError);
+    private async closeView(viewId: number): Promise<void> {
+        if (this.host.online.peek()) await this.host.call('view.close', { view_id: viewId }).catch(this.host.onError);
     }
 
     private let(): void {

@@ -160,7 +160,7 @@ export class ViewLink {
     /** The size the server was asked for. */
     readonly size = signal<[number, number]>([1, 1]);
     /** And of the picture once nothing moves. */
-    private restSize: [number, number] = [1, 1];
+    restSize: [number, number] = [1, 1];
     /** Something of this view was changed that no frame shows yet. */
     readonly pending = signal(false);
     viewId: number | null = null;

@@ -1,4 +1,5 @@
 import { useComputed, useSignal } from '@preact/signals';
+import { useRef } from 'preact/hooks';
 import { number } from '../lib/format';
 import { stringOr, type SceneRecord } from '../protocol/types';
 import { FINISHES, finishOf, inWords } from '../state/finishes';
@@ -75,10 +76,12 @@ function Carriers({ shown, object }: { shown: string; object: string | null }) {
     );
 }
 
+/** A part that came into use stays where it is: who drags its slider keeps it in hand. */
 function Details({ m }: { m: SceneRecord }) {
     const more = useSignal(false);
-    const used = PARTS.filter((part) => isUsed(m, part));
-    const idle = PARTS.filter((part) => !used.includes(part));
+    const seen = useRef(new Set<Part>()).current;
+    for (const part of PARTS) if (isUsed(m, part)) seen.add(part);
+    const idle = PARTS.filter((part) => !seen.has(part));
     return (
         <div class="material-fields">
             <Editing>
@@ -87,16 +90,13 @@ function Details({ m }: { m: SceneRecord }) {
             </Editing>
             <Sum m={m} />
             <Editing>
-                {used.map((part) => (
-                    <PartGroup key={part} m={m} part={part} />
-                ))}
+                {PARTS.map((part) => (more.value || seen.has(part)) && <PartGroup key={part} m={m} part={part} />)}
             </Editing>
             {idle.length > 0 && (
                 <button type="button" class="toggle more" aria-expanded={more.value} onClick={() => (more.value = !more.value)}>
                     {more.value ? 'Less' : `More: ${idle.map((part) => PART_NAMES[part].toLowerCase()).join(', ')}`}
                 </button>
             )}
-            <Editing>{more.value && idle.map((part) => <PartGroup key={part} m={m} part={part} />)}</Editing>
             <OthersMark id={m.id} />
         </div>
     );
@@ -154,7 +154,8 @@ function Sum({ m }: { m: SceneRecord }) {
                 Reflects {percent(rho)}
                 {tau > 0 && `, lets ${percent(tau)} through`}
                 {!solid && `, keeps ${percent(Math.max(0, 1 - rho - tau))}`}
-. Of light from the front, gloss included, as data sheets measure it (LRV).
+                {'. '}
+                Of light from the front, gloss included, as data sheets measure it (LRV).
             </p>
             {solid && <p>What goes through solid glass depends on its thickness.</p>}
             {maps.length > 0 && <p>Its pictures of {maps.join(', ')} come on top: these are the values where they are white.</p>}

@@ -1,6 +1,7 @@
 import { useSignal } from '@preact/signals';
+import { useEffect, useRef } from 'preact/hooks';
 import { number, percent } from '../lib/format';
-import { PANORAMA_WIDTHS, type StillFormat } from '../state/stills';
+import { PANORAMA_WIDTHS, type StillFormat, type StillKind } from '../state/stills';
 import { Choice } from './Choice';
 import { useApp } from './context';
 
@@ -9,6 +10,8 @@ const FORMATS: [StillFormat, string][] = [
     ['exr', 'EXR, in cd/m²'],
 ];
 
+const BUTTONS: Record<StillKind, string> = { picture: '.save-picture-now', panorama: '.save-panorama' };
+
 /** The picture as a file: what is on screen, or all around from where its camera stands. */
 export function SavePicture() {
     const app = useApp();
@@ -16,13 +19,24 @@ export function SavePicture() {
     const format = useSignal<StillFormat>('png');
     const width = useSignal<number>(PANORAMA_WIDTHS[0]);
     const idle = stills.progress.value === null;
+    const group = useRef<HTMLDivElement>(null);
+    const begun = useRef<StillKind | null>(null);
+    const start = (kind: StillKind): void => {
+        begun.current = kind;
+        void stills.start(kind, format.value, width.value);
+    };
     const savePicture = (): void => {
         const now = app.shotOf('now');
-        if (format.value === 'exr') void stills.start('picture', 'exr', 0);
+        if (format.value === 'exr') start('picture');
         else if (now) app.downloads.picture({ ...now, name: 'picture' });
     };
+    // The button that was pressed makes room for others, and comes back: whoever is at it is taken along, nobody else.
+    useEffect(() => {
+        if (begun.current === null || document.activeElement !== document.body) return;
+        group.current?.querySelector<HTMLElement>(idle ? BUTTONS[begun.current] : '.save-cancel')?.focus();
+    }, [idle]);
     return (
-        <div class="save-picture" role="group" aria-label="Save the picture">
+        <div ref={group} class="save-picture" role="group" aria-label="Save the picture">
             <div class="choices">
                 <Choice label="Save as" value={format.value} options={FORMATS} onChange={(f) => (format.value = f as StillFormat)} />
                 <Choice
@@ -34,10 +48,16 @@ export function SavePicture() {
             </div>
             {idle ? (
                 <div class="actions">
-                    <button type="button" class="button" onClick={savePicture}>
+                    <button type="button" class="button save-picture-now" disabled={format.value === 'exr' && !app.online.value} onClick={savePicture}>
                         Save picture
                     </button>
-                    <button type="button" class="button" title="All around, from where the camera stands, for viewers of 360° pictures" onClick={() => void stills.start('panorama', format.value, width.value)}>
+                    <button
+                        type="button"
+                        class="button save-panorama"
+                        title="All around, from where the camera stands, for viewers of 360° pictures"
+                        disabled={!app.online.value}
+                        onClick={() => start('panorama')}
+                    >
                         Save panorama
                     </button>
                 </div>
@@ -62,7 +82,7 @@ function Progress() {
                 <button type="button" class="button" disabled={now.spp === 0} onClick={() => void stills.save()}>
                     Save it as it is
                 </button>
-                <button type="button" class="button" onClick={() => stills.cancel()}>
+                <button type="button" class="button save-cancel" onClick={() => stills.cancel()}>
                     Cancel
                 </button>
             </div>
