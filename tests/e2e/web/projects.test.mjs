@@ -112,46 +112,49 @@ test('a link to what is not there leads to the list, and says why', async () => 
 test('the trash is emptied by keyboard, after a question', async () => {
     const empty = new Daemon(null, null, ['--projects', mkdtempSync(join(tmpdir(), 'lumend-e2e-'))]);
     await empty.start();
-    const other = await open(context, empty.url);
-    const at = other.page;
-    const trash = at.locator('.project-trash');
-    const focused = () => at.evaluate(() => document.activeElement.textContent);
-    for (const name of ['A "1"', 'B', 'C']) {
-        await at.getByLabel('Name of a new project').fill(name);
-        await at.getByRole('button', { name: 'Create' }).press('Enter');
-        await at.waitForURL(/\?project=/);
-        await settled(other);
-        await at.goto(new URL('/', empty.url).href);
-        const more = at.getByRole('button', { name: `More of ${name}`, exact: true });
-        await more.press('Enter');
-        const remove = at.getByRole('button', { name: 'Delete', exact: true });
-        await eventually(() => remove.isEnabled(), () => 'nobody is in it any more'); // the server hears that the page left
-        await remove.press('Enter');
-        await at.getByText(`${name} is in the trash.`).waitFor();
+    try {
+        const other = await open(context, empty.url);
+        const at = other.page;
+        const trash = at.locator('.project-trash');
+        const focused = () => at.evaluate(() => document.activeElement.textContent);
+        for (const name of ['A "1"', 'B', 'C']) {
+            await at.getByLabel('Name of a new project').fill(name);
+            await at.getByRole('button', { name: 'Create' }).press('Enter');
+            await at.waitForURL(/\?project=/);
+            await settled(other);
+            await at.goto(new URL('/', empty.url).href);
+            const more = at.getByRole('button', { name: `More of ${name}`, exact: true });
+            await more.press('Enter');
+            const remove = at.getByRole('button', { name: 'Delete', exact: true });
+            await eventually(() => remove.isEnabled(), () => 'nobody is in it any more'); // the server hears that the page left
+            await remove.press('Enter');
+            await at.getByText(`${name} is in the trash.`).waitFor();
+        }
+        await trash.locator('summary').press('Enter');
+        const ask = at.getByRole('button', { name: 'Delete for ever: A "1"' });
+        await ask.press('Enter');
+        await at.getByRole('group', { name: 'Delete A "1" for ever?' }).waitFor();
+        assert.equal(await focused(), 'Keep'); // Enter twice does no harm
+        assert.deepEqual(await violations(at), []);
+        await shot('trash', at);
+        await at.keyboard.press('Escape');
+        await eventually(async () => (await focused()) === 'Delete for ever', focused);
+        await at.keyboard.press('Enter');
+        await at.keyboard.press('Shift+Tab');
+        await at.keyboard.press('Enter');
+        await eventually(async () => (await trash.locator('li').count()) === 2, () => trash.textContent());
+        await eventually(async () => (await focused()) === 'Trash (2)', focused);
+        await trash.getByRole('button', { name: 'Empty trash' }).press('Enter');
+        await at.getByRole('group', { name: 'Delete all that is in the trash for ever?' }).waitFor();
+        await at.keyboard.press('Shift+Tab');
+        await at.keyboard.press('Enter');
+        await trash.waitFor({ state: 'detached' });
+        await eventually(() => at.evaluate(() => document.activeElement !== document.body), focused);
+        assert.deepEqual(other.watch.errors, []);
+        await at.close();
+    } finally {
+        assert.equal(await empty.stop(), 0, empty.log);
     }
-    await trash.locator('summary').press('Enter');
-    const ask = at.getByRole('button', { name: 'Delete for ever: A "1"' });
-    await ask.press('Enter');
-    await at.getByRole('group', { name: 'Delete A "1" for ever?' }).waitFor();
-    assert.equal(await focused(), 'Keep'); // Enter twice does no harm
-    assert.deepEqual(await violations(at), []);
-    await shot('trash', at);
-    await at.keyboard.press('Escape');
-    await eventually(async () => (await focused()) === 'Delete for ever', focused);
-    await at.keyboard.press('Enter');
-    await at.keyboard.press('Shift+Tab');
-    await at.keyboard.press('Enter');
-    await eventually(async () => (await trash.locator('li').count()) === 2, () => trash.textContent());
-    await eventually(async () => (await focused()) === 'Trash (2)', focused);
-    await trash.getByRole('button', { name: 'Empty trash' }).press('Enter');
-    await at.getByRole('group', { name: 'Delete all that is in the trash for ever?' }).waitFor();
-    await at.keyboard.press('Shift+Tab');
-    await at.keyboard.press('Enter');
-    await trash.waitFor({ state: 'detached' });
-    await eventually(() => at.evaluate(() => document.activeElement !== document.body), focused);
-    assert.deepEqual(other.watch.errors, []);
-    await at.close();
-    assert.equal(await empty.stop(), 0, empty.log);
 });
 
 test('a project that is being opened says so, and is waited for', async () => {

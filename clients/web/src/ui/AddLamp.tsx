@@ -1,5 +1,5 @@
 import { useSignal } from '@preact/signals';
-import { useEffect, useRef } from 'preact/hooks';
+import { useLayoutEffect, useRef } from 'preact/hooks';
 import { KIND_NAMES, LAMP_KINDS, type LampKind } from '../state/lamp_make';
 import { useApp } from './context';
 import { Icon } from './Icon';
@@ -18,7 +18,7 @@ export function AddLamp() {
     const app = useApp();
     const open = useSignal(false);
     const root = useRef<HTMLDivElement>(null);
-    useEffect(() => {
+    useLayoutEffect(() => {
         if (open.value) root.current?.querySelector<HTMLElement>('.menu button')?.focus();
     }, [open.value]);
     const close = (): void => {

@@ -1,6 +1,6 @@
 import { useSignal } from '@preact/signals';
 import type { ComponentChildren } from 'preact';
-import { useEffect, useRef } from 'preact/hooks';
+import { useLayoutEffect, useRef } from 'preact/hooks';
 import { hrefOf, nameOfCopy, peopleIn, type Project, type Trashed, type Version } from '../state/projects';
 import { Banner } from './Banner';
 import { Choice } from './Choice';
@@ -34,7 +34,7 @@ export function ProjectsDialog() {
     const { projects } = app;
     const dialog = useRef<HTMLDialogElement>(null);
     const open = projects.dialog.value && projects.here.value !== null;
-    useEffect(() => {
+    useLayoutEffect(() => {
         if (open && !dialog.current?.open) dialog.current?.showModal();
         if (!open) dialog.current?.close();
     }, [open]);
@@ -239,7 +239,7 @@ function VersionRow({ project, version }: { project: Project; version: Version }
 function Sure(props: { question: string; button: string; onYes(): void; onNo(): void }) {
     const { busy } = useApp().projects;
     const keep = useRef<HTMLButtonElement>(null);
-    useEffect(() => keep.current?.focus(), []);
+    useLayoutEffect(() => keep.current?.focus(), []); // before a key that comes next
     const onKeyDown = (e: KeyboardEvent): void => {
         if (e.key !== 'Escape') return;
         e.preventDefault(); // the dialog around it stays
@@ -269,9 +269,10 @@ function Trash() {
     const list = projects.trash.value;
     const busy = projects.busy.value;
     if (list.length === 0) return null;
-    /** Where the focus was is another button now, or nothing: it goes to the first of these that is there. */
+    /** Where the focus was is another button now, or nothing: it goes to the first of these that is there. Drawn is what
+     * changed in a microtask, which was asked for before this one; a key that comes next finds the focus where it belongs. */
     const focus = (around: HTMLElement | null | undefined, ...wanted: string[]): void => {
-        requestAnimationFrame(() => wanted.map((one) => around?.querySelector<HTMLElement>(one)).find((found) => found)?.focus());
+        queueMicrotask(() => wanted.map((one) => around?.querySelector<HTMLElement>(one)).find((found) => found)?.focus());
     };
     const no = (label: string): void => {
         asked.value = null;

@@ -1,5 +1,5 @@
 import { useSignal } from '@preact/signals';
-import { useEffect, useRef } from 'preact/hooks';
+import { useLayoutEffect, useRef } from 'preact/hooks';
 import { ROOM_LIMITS, USUAL_ROOM, type Room } from '../state/room_make';
 import { useApp } from './context';
 import { NumberField } from './NumberField';
@@ -10,7 +10,7 @@ export function RoomForm() {
     const room = useSignal<Room>(USUAL_ROOM);
     const busy = useSignal(false);
     const form = useRef<HTMLDivElement>(null);
-    useEffect(() => {
+    useLayoutEffect(() => {
         form.current?.scrollIntoView({ block: 'nearest' });
         form.current?.querySelector('input')?.focus();
     }, []);

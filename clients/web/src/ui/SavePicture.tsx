@@ -1,5 +1,5 @@
 import { useSignal } from '@preact/signals';
-import { useEffect, useRef } from 'preact/hooks';
+import { useLayoutEffect, useRef } from 'preact/hooks';
 import { number, percent } from '../lib/format';
 import { PANORAMA_WIDTHS, type StillFormat, type StillKind } from '../state/stills';
 import { Choice } from './Choice';
@@ -31,7 +31,7 @@ export function SavePicture() {
         else if (now) app.downloads.picture({ ...now, name: 'picture' });
     };
     // The button that was pressed makes room for others, and comes back: whoever is at it is taken along, nobody else.
-    useEffect(() => {
+    useLayoutEffect(() => {
         if (begun.current === null || document.activeElement !== document.body) return;
         group.current?.querySelector<HTMLElement>(idle ? BUTTONS[begun.current] : '.save-cancel')?.focus();
     }, [idle]);

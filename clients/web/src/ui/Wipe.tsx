@@ -1,4 +1,4 @@
-import { useEffect, useRef } from 'preact/hooks';
+import { useEffect, useLayoutEffect, useRef } from 'preact/hooks';
 import { differences, factsInWords, type Shot, type Side } from '../state/compare';
 import { useApp } from './context';
 
@@ -60,7 +60,7 @@ export function WipeLine() {
     const line = useRef<HTMLDivElement>(null);
     const held = useRef(false);
     const sides = compare.sides.value;
-    useEffect(() => {
+    useLayoutEffect(() => {
         if (sides && compare.takeFocus()) line.current?.focus();
     }, [sides]);
     if (!sides) return null;
