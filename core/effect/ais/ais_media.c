@@ -254,4 +254,5 @@ const struct lum_estimator lum_estimator_ais_media = {
     .tile = media_cell,
     .cells = true,
     .components = LUM_EFFECT_BIT(LUM_EFFECT_MEDIA),
+    .smoothed_by = &lum_filter_ais,
 };

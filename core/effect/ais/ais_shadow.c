@@ -391,6 +391,7 @@ const struct lum_estimator lum_estimator_ais_shadow = {
     .tile = shadow_cell,
     .cells = true,
     .components = LUM_EFFECT_BIT(LUM_EFFECT_SOFT_SHADOW),
+    .smoothed_by = &lum_filter_ais,
 };
 
 /* Calls for the buffer; what goes there is found by the shadow rays. */
@@ -407,4 +408,5 @@ const struct lum_estimator lum_estimator_ais_gloss = {
     .tile = gloss_cell,
     .cells = true,
     .components = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY),
+    .smoothed_by = &lum_filter_ais,
 };
