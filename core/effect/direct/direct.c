@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "core/math/color.h"
+#include "core/light/emitter.h"
 #include "core/light/irradiance.h"
 #include "core/math/sampler.h"
 
@@ -32,9 +33,8 @@ static const struct lum_vec2 hard_sample = {0.42f, 0.47f};
 
 static bool is_hard(const struct lum_direct *job)
 {
-    enum lum_emitter kind = job->snapshot->lights.lights[job->light].kind;
-    return job->hard && (kind == LUM_EMIT_QUAD || kind == LUM_EMIT_DISC || kind == LUM_EMIT_SPHERE ||
-                         kind == LUM_EMIT_OPENING_RECTANGLE || kind == LUM_EMIT_OPENING_DISC);
+    const struct lum_emitter_row *row = lum_emitters[job->snapshot->lights.lights[job->light].kind];
+    return job->hard && row->across && !row->from_afar; /* lamps with a body of their own; a mesh is the scene's */
 }
 
 /* What a faint reflection shows may be as much noisier as it is fainter: from this weight in the pixel on a vertex has
