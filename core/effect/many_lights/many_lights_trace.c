@@ -7,6 +7,7 @@
 #include "core/effect/direct/layers.h"
 #include "core/effect/direct/area_visibility.h"
 #include "core/interleave/interleave.h"
+#include "core/light/emitter.h"
 #include "core/math/sampler.h"
 #include "core/math/warp.h"
 #include "core/medium/medium.h"
@@ -58,7 +59,7 @@ static float bound_of(const struct lum_light *l, const struct lum_sampled_light 
 {
     struct lum_vec3 d = {outside(own->p.x, e->lo.x, e->hi.x), outside(own->p.y, e->lo.y, e->hi.y),
                          outside(own->p.z, e->lo.z, e->hi.z)};
-    bool flat = l->kind == LUM_EMIT_QUAD || l->kind == LUM_EMIT_DISC, sphere = l->kind == LUM_EMIT_SPHERE;
+    bool flat = lum_emitters[l->kind]->flat, sphere = l->kind == LUM_EMIT_SPHERE;
     bool point = l->kind == LUM_EMIT_POINT, mesh = l->kind == LUM_EMIT_MESH;
     if (!(own->reference > 0.0f))
         return 0.0f;
@@ -73,7 +74,7 @@ static float bound_of(const struct lum_light *l, const struct lum_sampled_light 
     float centre = lum_length(d), near = lum_max(centre - radius, point ? LUM_POINT_LIGHT_NEAR : 0.0f);
     if (!(near > 0.0f))
         return INFINITY;
-    float size = point ? 1.0f : l->kind == LUM_EMIT_QUAD || mesh ? l->area : LUM_PI * radius * radius;
+    float size = point ? 1.0f : sphere ? LUM_PI * radius * radius : l->area;
     float brightest =
         mesh ? lum_max(l->mean_emission, 1.0f) : 1.0f; /* a texel of 1, or more in a picture of high range */
     float from = sphere ? centre : near;
