@@ -50,7 +50,7 @@ struct lum_accel_instance {
     struct lum_affine local_to_scene; /* invertible: the scene checked */
 };
 
-/* A kind is a row in shape.c. */
+/* A kind is a row in emitter_shape.c. */
 enum lum_accel_shape_kind { LUM_SHAPE_QUAD, LUM_SHAPE_DISC, LUM_SHAPE_SPHERE, LUM_SHAPE_KIND_COUNT };
 /* An emitter's surface, in scene space. quad: centre p, half edges u and v, unit normal n along cross(u, v). disc:
  * centre, unit normal n, radius. sphere: centre, radius. Radii and the quad's heights are at least 2^-28. */

@@ -26,7 +26,7 @@
 
 struct lum_device {
     RTCDevice rtc;
-    RTCScene unit_shapes[LUM_SHAPE_KIND_COUNT]; /* what emitter shapes are instances of (shape.c) */
+    RTCScene unit_shapes[LUM_SHAPE_KIND_COUNT]; /* what emitter shapes are instances of (emitter_shape.c) */
     char isa[16], version[32];
     bool singly; /* rays are traced one by one */
     /* guarded by lock */
@@ -53,7 +53,7 @@ struct lum_accel_top {
     uint32_t n_instances, n_shapes, n_attached;
 };
 
-/* What tells the shapes of emitters apart (shape.c). */
+/* What tells the shapes of emitters apart (emitter_shape.c). */
 struct lum_shape_row {
     enum RTCGeometryType type;
     bool (*fill)(RTCGeometry geometry); /* with the unit shape: around the origin, 1 to each side */

@@ -1,5 +1,5 @@
 /* The top level: an Embree scene of instances whose geometry ids are the object numbers that hits report: meshes take
- * 0..n-1, the emitter shapes (shape.c) follow. So the instance id of a hit is its object, and that of a miss is
+ * 0..n-1, the emitter shapes (emitter_shape.c) follow. So the instance id of a hit is its object, and that of a miss is
  * LUM_NO_OBJECT. */
 #include "core/accel/embree.h"
 

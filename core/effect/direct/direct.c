@@ -6,9 +6,7 @@
 #include "core/light/emitter.h"
 #include "core/light/irradiance.h"
 #include "core/math/sampler.h"
-
-/* Sampler pairs of lights are spread over the upper half; the path tracer's are small numbers. */
-#define PAIR_LIGHTS 0x80000000u
+#include "core/math/sampler_pairs.h"
 
 void lum_vertices_push(struct lum_vertices *v, uint32_t slot, struct lum_vec3 p, struct lum_vec3 wo,
                        uint32_t pixel_seed)
@@ -59,7 +57,7 @@ static bool sample_value(const struct lum_direct *job, uint32_t i, uint32_t k, u
     if (k >= n_samples)
         return false;
     if (!is_hard(job))
-        u = lum_sampler_2d(&sampler, PAIR_LIGHTS | job->salt);
+        u = lum_sampler_2d(&sampler, LUM_PAIRS_LIGHTS | job->salt);
     if (!lum_light_sample_plainly(job->snapshot, job->light, v->p[i], u, ret_sample))
         return false;
     float pdf_unused;

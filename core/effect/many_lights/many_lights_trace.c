@@ -9,13 +9,13 @@
 #include "core/interleave/interleave.h"
 #include "core/light/emitter.h"
 #include "core/math/sampler.h"
+#include "core/math/sampler_pairs.h"
 #include "core/math/warp.h"
 #include "core/medium/medium.h"
 #include "core/scene/surface.h"
 
-#define PAIR_MANY_LIGHTS 0x50000000u /* sampler pair of points on lights: no other effect's */
-#define CULL_SHARE (1.0f / 512)      /* of a tile's brightness: half a step of 8 bits */
-#define OCTAVES 64                   /* that bounds are told apart by, from the brightest */
+#define CULL_SHARE (1.0f / 512) /* of a tile's brightness: half a step of 8 bits */
+#define OCTAVES 64              /* that bounds are told apart by, from the brightest */
 _Static_assert(OCTAVES < LUM_CUT_FORGOTTEN, "a tile's cut is a number of octaves");
 
 /* ---- what a light can bring to a tile ---- */
@@ -260,7 +260,7 @@ static void sample_light(struct tile_job *t, uint32_t light, uint32_t of)
     t->used[shot.window] = true;
     for (uint32_t set = first % sets; set < LUM_AREA_POINTS; set += sets) {
         sampler.sample = set;
-        shot.u = lum_sampler_2d(&sampler, PAIR_MANY_LIGHTS);
+        shot.u = lum_sampler_2d(&sampler, LUM_PAIRS_MANY_LIGHTS);
         shot.placed = lum_light_place(t->pass->snapshot, l, shot.u, &shot.place);
         for (uint32_t at = of < LUM_AREA_POINTS ? set : first; at < LUM_TILE_PIXELS; at += places)
             if (t->vertex_at[at] != NOWHERE)
