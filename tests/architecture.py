@@ -37,6 +37,8 @@ LAYERS = {
     "protocol": ["base", "json", "message", "record", "op", "document"],
     "server": ["base", "import", "importer", "stream", "journal", "project", "desk", "world", "report", "director", "net", "cli"],
 }
+# the same of the browser client, whose rooms are in clients/web/src
+WEB_LAYERS = ["lib", "protocol", "view", "state", "ui"]
 # rooms of core/effect -> others of them that they may use
 EFFECT_MAY_USE = {
     "direct": set(),
@@ -92,6 +94,20 @@ def check_layers(where, room, other):
             return
     if LAYER_OF[other] > LAYER_OF[room]:
         failures.append(f"{where}: {room} must not include {other}, which stands above it")
+
+
+def check_web_layers():
+    for name in tracked_names():
+        m = re.fullmatch(r"clients/web/src/(\w+)/[\w.]+\.tsx?", name)
+        if not m:
+            continue
+        if m.group(1) not in WEB_LAYERS:
+            failures.append(f"{name}: {m.group(1)} has no place among the layers")
+            continue
+        with open(os.path.join(source, name), encoding="utf-8") as f:
+            for other in re.findall(r"from '\.\./(\w+)/", f.read()):
+                if other not in WEB_LAYERS or WEB_LAYERS.index(other) > WEB_LAYERS.index(m.group(1)):
+                    failures.append(f"{name}: {m.group(1)} must not import {other}, which stands above it")
 
 
 def check_effects(where, room, other):
@@ -240,7 +256,7 @@ def check_pages():
         return
     contents = {}
     for name in files:
-        if name.endswith((".c", ".h")):
+        if name.endswith((".c", ".h", ".ts", ".tsx")):
             with open(os.path.join(source, name), encoding="utf-8") as f:
                 contents[name] = f.read()
     words = set(re.findall(r"\b[Ll][Uu][Mm]_\w+", "\n".join(contents.values())))
@@ -258,13 +274,31 @@ def check_pages():
         for name in re.findall(r"(?<![\w./-])((?:[\w-]+/)*\w+\.(?:c|h|py|ts))\b", text):
             if not any(("/" + f).endswith("/" + name) for f in files):
                 failures.append(f"{page}: there is no {name}")
-        for functions, path in re.findall(r"((?:`\w+`(?:, | and )?)+) in `([\w/]+\.[ch])`", text):
+        for functions, path in re.findall(r"((?:`\w+`(?:, | and )?)+) in `([\w/]+\.(?:[ch]|tsx?))`", text):
             for function in re.findall(r"\w+", functions.replace(" and ", " ")):
                 if not re.search(rf"\b{function}\b", contents.get(path, "")):
                     failures.append(f"{page}: {path} has no {function}")
         for word in re.findall(r"\b[Ll][Uu][Mm]_\w+", text):
             if word not in words and not any(w.startswith(word) for w in words):
                 failures.append(f"{page}: nothing is called {word}")
+
+
+def check_room_tables():
+    """The tables of rooms in core/ARCHITECTURE.md have every room there is, from the ground up."""
+    with open(os.path.join(source, "core/ARCHITECTURE.md"), encoding="utf-8") as f:
+        text = f.read()
+    tests = {n.split("/")[1] for n in tracked_names() if n.startswith("tests/") and n.count("/") > 1}
+    expected = {**LAYERS, "the browser client": WEB_LAYERS + ["style"], "tests": [" ".join(sorted(tests))]}
+    for folder, lines in expected.items():
+        section = re.search(rf"^## Rooms of {folder}\n(.*?)^## ", text, re.M | re.S)
+        cells = re.findall(r"^\| (`[^|]*`) \|", section.group(1), re.M) if section else []
+        told = [room for cell in cells for room in re.findall(r"`([\w-]+)/?`", cell)]
+        layer_of = {room: i for i, line in enumerate(lines) for room in line.split()}
+        failures.extend(f"core/ARCHITECTURE.md: rooms of {folder} lack {room}" for room in layer_of if room not in told)
+        failures.extend(f"core/ARCHITECTURE.md: rooms of {folder} have {room}, which is none" for room in told if room not in layer_of)
+        order = [layer_of[room] for room in told if room in layer_of]
+        if order != sorted(order):
+            failures.append(f"core/ARCHITECTURE.md: rooms of {folder} are not told from the ground up")
 
 
 def check_symbols(library, pattern):
@@ -306,6 +340,8 @@ if not names:
 for n in names:
     check_includes(n)
 check_cycles(names)
+check_web_layers()
+check_room_tables()
 check_sizes(names)
 check_paths()
 check_notes(names)

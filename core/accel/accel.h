@@ -50,6 +50,7 @@ struct lum_accel_instance {
     struct lum_affine local_to_scene; /* invertible: the scene checked */
 };
 
+/* A kind is a row in emitter_shape.c. */
 enum lum_accel_shape_kind { LUM_SHAPE_QUAD, LUM_SHAPE_DISC, LUM_SHAPE_SPHERE, LUM_SHAPE_KIND_COUNT };
 /* An emitter's surface, in scene space. quad: centre p, half edges u and v, unit normal n along cross(u, v). disc:
  * centre, unit normal n, radius. sphere: centre, radius. Radii and the quad's heights are at least 2^-28. */
@@ -59,6 +60,7 @@ struct lum_accel_shape {
     float radius;
     bool hidden; /* camera rays pass it (light.camera_visible = false) */
 };
+struct lum_vec3 lum_accel_shape_half(const struct lum_accel_shape *shape); /* half the box that it fills around p */
 
 /* Alpha test of a candidate hit; called from many threads, must be pure. True: the surface is there. */
 struct lum_accel_alpha {

@@ -1,109 +1,17 @@
 /* The top level: an Embree scene of instances whose geometry ids are the object numbers that hits report: meshes take
- * 0..n-1, the emitter shapes follow. So the instance id of a hit is its object, and that of a miss is LUM_NO_OBJECT.
- *
- * Emitter shapes are instances of one unit quad, disc and sphere. Put into the scene directly they would each add a
- * structure of their own kind, which every ray would walk: measured, a single sphere made occlusion rays 1.8 times
- * slower. */
+ * 0..n-1, the emitter shapes (emitter_shape.c) follow. So the instance id of a hit is its object, and that of a miss is
+ * LUM_NO_OBJECT. */
 #include "core/accel/embree.h"
 
 #include <string.h>
 
 _Static_assert(LUM_NO_OBJECT == RTC_INVALID_GEOMETRY_ID, "a miss must read as LUM_NO_OBJECT without a test");
 
-/* ---- emitter shapes ---- */
-
-/* Corners in the order that makes Embree's (u, v) run from (-1, -1) to (1, 1) in the x-y plane, with the normal along
- * +z. */
-static bool fill_quad(RTCGeometry geometry)
-{
-    static const float corners[12] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
-    static const uint32_t indices[4] = {0, 1, 2, 3};
-    void *corner =
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 4);
-    void *index =
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 4 * sizeof(uint32_t), 1);
-    if (!corner || !index)
-        return false;
-    memcpy(corner, corners, sizeof corners);
-    memcpy(index, indices, sizeof indices);
-    return true;
-}
-
-/* Of radius 1 around the origin; the disc's normal is +z. */
-static bool fill_point(RTCGeometry geometry, bool disc)
-{
-    static const float centre[4] = {0, 0, 0, 1}, up[3] = {0, 0, 1};
-    void *point = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, sizeof centre, 1);
-    if (!point)
-        return false;
-    memcpy(point, centre, sizeof centre);
-    if (!disc)
-        return true;
-    void *normal = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, sizeof up, 1);
-    if (!normal)
-        return false;
-    memcpy(normal, up, sizeof up);
-    return true;
-}
-
-static RTCScene unit_shape(RTCDevice rtc, enum lum_accel_shape_kind kind)
-{
-    static const enum RTCGeometryType types[LUM_SHAPE_KIND_COUNT] = {
-        [LUM_SHAPE_QUAD] = RTC_GEOMETRY_TYPE_QUAD,
-        [LUM_SHAPE_DISC] = RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT,
-        [LUM_SHAPE_SPHERE] = RTC_GEOMETRY_TYPE_SPHERE_POINT,
-    };
-    RTCScene scene = rtcNewScene(rtc);
-    RTCGeometry geometry = rtcNewGeometry(rtc, types[kind]);
-    bool ok = scene && geometry &&
-              (kind == LUM_SHAPE_QUAD ? fill_quad(geometry) : fill_point(geometry, kind == LUM_SHAPE_DISC));
-    if (ok) {
-        rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST | LUM_SCENE_FLAG_FILTER);
-        rtcSetGeometryMask(geometry, LUM_MASK_ALL);
-        rtcCommitGeometry(geometry);
-        rtcAttachGeometryByID(scene, geometry, 0);
-        rtcCommitScene(scene);
-    }
-    if (geometry)
-        rtcReleaseGeometry(geometry);
-    if (!ok && scene)
-        rtcReleaseScene(scene);
-    return ok ? scene : NULL;
-}
-
-bool lum_unit_shapes_create(struct lum_device *device)
-{
-    for (int kind = 0; kind < LUM_SHAPE_KIND_COUNT; kind++) {
-        device->unit_shapes[kind] = unit_shape(device->rtc, (enum lum_accel_shape_kind)kind);
-        if (!device->unit_shapes[kind])
-            return false;
-    }
-    return rtcGetDeviceError(device->rtc) == RTC_ERROR_NONE;
-}
-
-void lum_unit_shapes_destroy(struct lum_device *device)
-{
-    for (int kind = 0; kind < LUM_SHAPE_KIND_COUNT; kind++)
-        if (device->unit_shapes[kind])
-            rtcReleaseScene(device->unit_shapes[kind]);
-}
-
-/* Unit shape -> scene space. A flat shape's third axis is free: it gets the length that keeps the map well conditioned.
- */
+/* Unit shape -> scene space. */
 static struct lum_affine shape_placement(const struct lum_accel_shape *s)
 {
-    struct lum_vec3 x = lum_v3(s->radius, 0.0f, 0.0f), y = lum_v3(0.0f, s->radius, 0.0f),
-                    z = lum_v3(0.0f, 0.0f, s->radius);
-    if (s->kind == LUM_SHAPE_QUAD) {
-        x = s->u;
-        y = s->v;
-        z = lum_v3_mul(s->n, fmaxf(lum_length(s->u), lum_length(s->v)));
-    } else if (s->kind == LUM_SHAPE_DISC) {
-        struct lum_frame frame = lum_frame_from_normal(s->n);
-        x = lum_v3_mul(frame.t, s->radius);
-        y = lum_v3_mul(frame.b, s->radius);
-        z = lum_v3_mul(frame.n, s->radius);
-    }
+    struct lum_vec3 x, y, z;
+    lum_shape_rows[s->kind].place(s, &x, &y, &z);
     return (struct lum_affine){{{x.x, y.x, z.x, s->p.x}, {x.y, y.y, z.y, s->p.y}, {x.z, y.z, z.z, s->p.z}}};
 }
 

@@ -225,8 +225,8 @@ static void occluded(const struct lum_trace *trace, struct filter_context *conte
 #endif
 }
 
-/* Hits on emitter shapes: normals in scene space; on discs and spheres, where Embree reports no coordinates, from the
- * hit point, taken relative to the centre first so that it is as exact as the distance. */
+/* Hits on emitter shapes: normals in scene space, and coordinates on them, from the hit point, taken relative to the
+ * centre first so that it is as exact as the distance. */
 static void complete_shape_hits(const struct lum_accel_top *top, const struct lum_rays *rays, struct lum_hits *h)
 {
     for (uint32_t i = 0; i < rays->n; i++) {
@@ -236,12 +236,7 @@ static void complete_shape_hits(const struct lum_accel_top *top, const struct lu
         struct lum_vec3 o = lum_v3(rays->ox[i], rays->oy[i], rays->oz[i]);
         struct lum_vec3 d = lum_v3(rays->dx[i], rays->dy[i], rays->dz[i]);
         struct lum_vec3 q = lum_v3_mad(lum_v3_sub(o, s->p), d, h->t[i]);
-        struct lum_vec3 n = s->kind == LUM_SHAPE_SPHERE ? q : s->n;
-        if (s->kind == LUM_SHAPE_DISC) {
-            struct lum_frame frame = lum_frame_from_normal(s->n);
-            h->u[i] = lum_dot(q, frame.t) / s->radius;
-            h->v[i] = lum_dot(q, frame.b) / s->radius;
-        }
+        struct lum_vec3 n = lum_shape_rows[s->kind].on(s, q, &h->u[i], &h->v[i]);
         h->ngx[i] = n.x;
         h->ngy[i] = n.y;
         h->ngz[i] = n.z;

@@ -4,6 +4,7 @@
 
 #include "core/light/sample.h"
 #include "core/math/sampler.h"
+#include "core/math/sampler_pairs.h"
 #include "core/pass/settings.h"
 #include "core/path/wave.h"
 
@@ -14,8 +15,7 @@
 #define MORE_MAX 1048576u
 #define RECHECK_SAMPLES 32u /* that take as long as finding out about the clearance of a place */
 
-/* Sampler pairs: which way a cylinder's plane is turned; of a lamp's sample. Paths begin behind them. */
-enum { PAIR_TURN = LUM_WAVE_PAIR_PIXEL, PAIR_LAMP = 0x30000000 };
+#define PAIR_TURN LUM_WAVE_PAIR_PIXEL /* which way a cylinder's plane is turned */
 
 /* What one place knows. */
 struct knows {
@@ -179,7 +179,7 @@ static void glance_lamp(const struct lum_meter *m, uint32_t place, uint32_t ligh
     for (uint32_t i = 0; i < n; i++) {
         struct lum_sampler sampler = lum_sampler_at(place, light, i, m->seed);
         struct lum_light_sample ls;
-        struct lum_vec2 u = delta ? (struct lum_vec2){0.5f, 0.5f} : lum_sampler_2d(&sampler, PAIR_LAMP);
+        struct lum_vec2 u = delta ? (struct lum_vec2){0.5f, 0.5f} : lum_sampler_2d(&sampler, LUM_PAIRS_METER_LAMP);
         if (!lum_light_sample_at(s, light, p, u, &ls))
             continue;
         float worth = response(at, &frame, ls.wi) / (delta ? 1.0f : ls.pdf_sa);
@@ -351,7 +351,7 @@ static float sky_sample(const struct lum_meter *m, uint32_t place, struct lum_sa
     struct lum_rgb left[LUM_RAY_BATCH];
     struct lum_counters counters = {0};
     if (sky == LUM_NO_OBJECT || !(s->lights.pick_pdf[sky] > 0.0f) ||
-        !lum_light_sample_at(s, sky, place_in_scene(m, place), lum_sampler_2d(&sampler, PAIR_LAMP), &ls))
+        !lum_light_sample_at(s, sky, place_in_scene(m, place), lum_sampler_2d(&sampler, LUM_PAIRS_METER_LAMP), &ls))
         return 0.0f;
     float cos = lum_dot(ls.wi, m->places[place].normal);
     if (!(cos > 0.0f))

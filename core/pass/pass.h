@@ -103,8 +103,9 @@ struct lum_estimator {
     uint32_t components;                /* bits LUM_EFFECT_BIT of the buffers that it fills */
     uint32_t joins;                     /* likewise, of those that it fills where the method has any */
     uint32_t lasting; /* of these, those whose `iterations` stay true when lights are dimmed: their samples are kept */
-    bool surfaces;    /* reads pass->surfaces */
-    const struct lum_estimator *then; /* goes with it, at another stage or after it; NULL: nothing */
+    const struct lum_estimator *smoothed_by; /* filter that its buffers wait for, if one tells them apart */
+    bool surfaces;                           /* reads pass->surfaces */
+    const struct lum_estimator *then;        /* goes with it, at another stage or after it; NULL: nothing */
 };
 
 enum lum_status lum_stage_run(const struct lum_stage_runner *runner, const struct lum_pass *pass,

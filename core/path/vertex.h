@@ -14,11 +14,8 @@ enum {
     LUM_WAVE_PAIRS_PER_VERTEX = 4
 };
 
-/* Where every light is sampled each has a pair of its own. */
-enum { LUM_WAVE_PAIR_EVERY = 0x20000000 };
-
 /* Media have pairs of their own, beyond those of any vertex: what they take does not change a path. */
-enum { LUM_WAVE_PAIR_MEDIA = 0x40000000, LUM_WAVE_PAIRS_PER_MEDIUM = 3 };
+enum { LUM_WAVE_PAIRS_PER_MEDIUM = 3 };
 
 static inline uint32_t lum_wave_pair(uint32_t depth, uint32_t pair)
 {

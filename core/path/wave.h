@@ -6,6 +6,7 @@
 #include "core/film/film.h"
 #include "core/material/bsdf.h"
 #include "core/math/sampler.h"
+#include "core/math/sampler_pairs.h"
 #include "core/trace/rays.h"
 
 /* What a path carries from one vertex to the next. */
@@ -61,7 +62,7 @@ struct lum_path_segments {
 
 /* Beyond, one is picked. By its flux that was its lamps once in a hundred paths, in an office by day: blotches. */
 #define LUM_WAVE_LIGHTS 8u
-#define LUM_WAVE_PAIR_PIXEL 0u /* sampler pair that paths leave to whoever starts them at the eye */
+#define LUM_WAVE_PAIR_PIXEL LUM_PAIRS_PATH /* sampler pair that paths leave to whoever starts them at the eye */
 
 struct lum_path_guide;
 struct lum_portals;

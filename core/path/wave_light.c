@@ -133,13 +133,13 @@ void lum_wave_sample_lights(struct lum_wave *w, const struct lum_path *path, con
         lum_wave_trace_shadows(w);
     for (uint32_t i = 0; i < t->n_active; i++)
         queue_light(w, path, v,
-                    (struct choice){t->active[i], 1.0f, LUM_WAVE_PAIR_EVERY + v->depth * LUM_WAVE_LIGHTS + i});
+                    (struct choice){t->active[i], 1.0f, LUM_PAIRS_PATH_LIGHTS + v->depth * LUM_WAVE_LIGHTS + i});
 }
 
 /* Light that medium m scatters into the segment. */
 static void queue_scatter(struct lum_wave *w, const struct lum_path *path, struct lum_scatter_query q, uint32_t depth)
 {
-    uint32_t pair = LUM_WAVE_PAIR_MEDIA + (depth * LUM_MEDIA_MAX + q.medium) * LUM_WAVE_PAIRS_PER_MEDIUM;
+    uint32_t pair = LUM_PAIRS_PATH_MEDIA + (depth * LUM_MEDIA_MAX + q.medium) * LUM_WAVE_PAIRS_PER_MEDIUM;
     float pick = lum_sampler_1d(&path->sampler, pair), prob;
     q.light = lum_lights_pick(&q.snapshot->lights, &pick, &prob);
     if (q.light == LUM_NO_OBJECT)

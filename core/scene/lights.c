@@ -46,9 +46,7 @@ static void add_shape(struct lum_light_part *part, struct lum_light *l, uint32_t
 
 struct lum_bounds lum_shape_bounds(const struct lum_accel_shape *s)
 {
-    struct lum_vec3 half = lum_v3(s->radius, s->radius, s->radius);
-    if (s->kind == LUM_SHAPE_QUAD)
-        half = lum_v3(fabsf(s->u.x) + fabsf(s->v.x), fabsf(s->u.y) + fabsf(s->v.y), fabsf(s->u.z) + fabsf(s->v.z));
+    struct lum_vec3 half = lum_accel_shape_half(s);
     return (struct lum_bounds){lum_v3_sub(s->p, half), lum_v3_add(s->p, half)};
 }
 

@@ -5,10 +5,13 @@
  * ray that a surface sends meets such a lamp. Of lamps with an extent `path` finds it.
  *
  * The estimate emits LUM_CAUSTIC_PATHS paths from the lamps that are on, half of them by flux and half alike, and
- * follows each as long as surfaces send light on without spread: arriving: flux of a lamp that meets surfaces at all,
- * behind panes; focused:  flux that meets a surface which spreads light, after one or more mirrors or bends. Where a
- * surface does both, its delta lobes send their part on, and it gets the rest. What panes let straight through is not
- * focused, and what they mirror (8 % of what meets clear glass head on) is not followed. Fog is left out: it dims both.
+ * follows each as long as surfaces send light on without spread. It sums two fluxes:
+ *   - arriving: of a lamp, what meets surfaces at all, behind panes
+ *   - focused: of that, what meets a surface which spreads light, after one or more mirrors or bends
+ *
+ * Where a surface does both, its delta lobes send their part on, and it gets the rest. What panes let straight through
+ * is not focused, and what they mirror (8 % of what meets clear glass head on) is not followed. Fog is left out: it
+ * dims both.
  *
  * Without such a lamp, or without a smooth mirror or solid glass, there is no path. A lamp that is dimmed is another
  * sum. */

@@ -147,8 +147,10 @@ static const struct lum_field object[] = {
 /* Lights at a point, in lm or cd: those that have a direction, and all. A new one is named here alone. */
 #define POINTS_AIMED "spot"
 #define POINTS "point|" POINTS_AIMED
+/* Lamps with an area, in lm or cd/m2; likewise. */
+#define AREAS "quad|disc|sphere"
 static const struct lum_field light[] = {
-    CHOICE(light, kind, LUM_FIELD_REQUIRED, POINTS "|ies|directional|quad|disc|sphere|environment|sky|sun", ""),
+    CHOICE(light, kind, LUM_FIELD_REQUIRED, POINTS "|ies|directional|" AREAS "|environment|sky|sun", ""),
     VECTOR(light, position, 0, -COORD, COORD, XYZ(0, 0, 0), "m", "centre"),
     VECTOR(light, direction, 0, -COORD, COORD, XYZ(0, -1, 0), "", "where light goes",
            FOR(POINTS_AIMED "|ies|directional|disc")),
@@ -163,10 +165,10 @@ static const struct lum_field light[] = {
            FOR("directional|sun")),
     NUMBER(light, inner_cone_deg, 0, 90, 0, "deg", "half angle of full intensity", FOR("spot")),
     NUMBER(light, outer_cone_deg, 0.01, 90, 45, "deg", "half angle where it ends", FOR("spot")),
-    OPT(light, flux_lm, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lm", "all that it emits", FOR(POINTS "|ies|quad|disc|sphere")),
+    OPT(light, flux_lm, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lm", "all that it emits", FOR(POINTS "|ies|" AREAS)),
     OPT(light, intensity_cd, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd", "", FOR(POINTS)),
     OPT(light, luminance_cd_m2, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd/m2", "of a sky: at its zenith",
-        FOR("quad|disc|sphere|environment|sky")),
+        FOR(AREAS "|environment|sky")),
     OPT(light, illuminance_lx, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lx",
         "on a facing plane; of a sky: on the open horizontal plane", FOR("directional|sky|sun")),
     OPT(light, multiplier, 0, 1e6, LUM_GROUP_PHOTOMETRIC, "", "of the intensities of its web; null, and no flux_lm: 1",
@@ -196,7 +198,7 @@ static const struct lum_field light[] = {
            FOR("sun")),
     {ROW(light, group, ID), CHARS(light, group), .unit = "", .doc = "mixing group; null: its own id"},
     BOOL(light, on, 1, ""),
-    BOOL(light, camera_visible, 1, "seen directly", FOR("ies|quad|disc|sphere|environment|sky")),
+    BOOL(light, camera_visible, 1, "seen directly", FOR("ies|" AREAS "|environment|sky")),
     BOOL(light, as_point, 0, "shines from its centre, whatever opening its web has", FOR("ies")),
 };
 

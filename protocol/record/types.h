@@ -63,7 +63,7 @@ struct lum_record_object {
 };
 
 struct lum_record_light {
-    char kind[16]; /* point spot ies directional quad disc sphere environment sky sun */
+    char kind[16]; /* one of those in its table of fields (fields.c) */
     double position[3], direction[3], roll_deg, u[3], v[3], radius;
     double diameter_deg;                   /* directional, sun */
     double inner_cone_deg, outer_cone_deg; /* spot: half angles */

@@ -107,11 +107,6 @@ static void view_read(struct lum_director *d, const struct lum_request *q)
 
 const struct lum_request_type lum_request_view_read = {.name = "view.read", .read = read_pick, .answer = view_read};
 
-static bool read_bounds(struct lum_json_reader *r, struct lum_request *q)
-{
-    return lum_json_require(r, "id") && lum_json_id(r, "id", q->id) && lum_json_end(r);
-}
-
 static void bounds(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_box box;
@@ -132,7 +127,7 @@ static void bounds(struct lum_director *d, const struct lum_request *q)
     lum_director_reply(d, q, o);
 }
 
-const struct lum_request_type lum_request_bounds = {.name = "bounds", .read = read_bounds, .answer = bounds};
+const struct lum_request_type lum_request_bounds = {.name = "bounds", .read = lum_request_read_id, .answer = bounds};
 
 static void photometry(struct lum_director *d, const struct lum_request *q)
 {
@@ -149,9 +144,8 @@ static void photometry(struct lum_director *d, const struct lum_request *q)
     lum_director_refuse(d, q, &err);
 }
 
-/* Params as of bounds: {id}. */
 const struct lum_request_type lum_request_photometry = {
-    .name = "photometry", .read = read_bounds, .answer = photometry};
+    .name = "photometry", .read = lum_request_read_id, .answer = photometry};
 
 static void daylight(struct lum_director *d, const struct lum_request *q)
 {

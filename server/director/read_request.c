@@ -19,6 +19,11 @@ bool lum_request_read_nothing(struct lum_json_reader *r, struct lum_request *q)
     return lum_json_end(r);
 }
 
+bool lum_request_read_id(struct lum_json_reader *r, struct lum_request *q)
+{
+    return lum_json_require(r, "id") && lum_json_id(r, "id", q->id) && lum_json_end(r);
+}
+
 bool lum_request_read_view_id(struct lum_json_reader *r, struct lum_request *q)
 {
     return lum_json_require(r, "view_id") && lum_json_u32(r, "view_id", 0, UINT32_MAX, &q->view_id);

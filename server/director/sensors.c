@@ -11,6 +11,7 @@
 #include "protocol/record/field.h"
 #include "server/base/log.h"
 #include "server/director/internal.h"
+#include "server/director/read_request.h"
 #include "server/report/power.h"
 #include "server/world/sensors.h"
 #include "server/world/work_plane.h"
@@ -472,11 +473,6 @@ static void watch(struct lum_director *d, const struct lum_request *q)
 
 const struct lum_request_type lum_request_sensor_watch = {.name = "sensor.watch", .read = read_watch, .answer = watch};
 
-static bool read_id(struct lum_json_reader *r, struct lum_request *q)
-{
-    return lum_json_require(r, "id") && lum_json_id(r, "id", q->id) && lum_json_end(r);
-}
-
 static void read_sensor(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_proto_error err;
@@ -503,7 +499,8 @@ static void read_sensor(struct lum_director *d, const struct lum_request *q)
     lum_director_reply(d, q, o);
 }
 
-const struct lum_request_type lum_request_sensor_read = {.name = "sensor.read", .read = read_id, .answer = read_sensor};
+const struct lum_request_type lum_request_sensor_read = {
+    .name = "sensor.read", .read = lum_request_read_id, .answer = read_sensor};
 
 static bool read_place(struct lum_json_reader *r, struct lum_request *q)
 {

@@ -243,7 +243,7 @@ static void ws_closed(struct lum_net *net, struct conn *c)
     lws_sul_cancel(&c->count_later);
     lws_sul_cancel(&c->cut_later);
     lum_session_close(c->session);
-    lum_rx_finish(&c->rx);
+    lum_fragments_finish(&c->rx);
     c->session = NULL;
     if (net->site.draining) /* one that a timer closed: the library would sleep until its next timer, half a minute */
         lws_cancel_service(net->context);
@@ -260,12 +260,12 @@ static int ws_receive(struct lum_net *net, struct conn *c, const char *bytes, si
     /* What this fragment declares still to come counts too: no need to receive it all first. */
     if (c->rx.n + n + lws_remaining_packet_payload(wsi) > max)
         return close_with(c, LUM_CLOSE_TOO_BIG);
-    if (!lum_rx_add(&c->rx, bytes, n, max))
+    if (!lum_fragments_add(&c->rx, bytes, n, max))
         return close_with(c, LUM_CLOSE_INTERNAL);
     if (!lws_is_final_fragment(wsi) || lws_remaining_packet_payload(wsi))
         return 0;
     lum_session_receive(c->session, c->rx.bytes ? c->rx.bytes : "", c->rx.n);
-    lum_rx_clear(&c->rx);
+    lum_fragments_clear(&c->rx);
     if (lum_session_greeted(c->session))
         keep_for_good(c);
     if (lum_sessions_take_ended(net->sessions))

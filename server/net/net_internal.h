@@ -9,7 +9,7 @@
 #include "server/net/metrics.h"
 #include "server/net/net.h"
 #include "server/net/peers.h"
-#include "server/net/rx.h"
+#include "server/net/fragments.h"
 
 #define LUM_NET_TX_BYTES (128u << 10)                /* one write: a raw tile of 128 x 128 and its header fit */
 #define LUM_NET_CHUNK_BYTES (LUM_NET_TX_BYTES - 16u) /* less the WebSocket frame header, at most 10 bytes */
@@ -25,7 +25,7 @@ struct conn {
     struct lum_upload *upload; /* NULL: none comes by this connection */
     /* WebSocket */
     struct lum_session *session; /* NULL: not a WebSocket */
-    struct lum_rx rx;
+    struct lum_fragments rx;
     lws_sorted_usec_list_t read_later, count_later, cut_later;
     uint64_t n_read;    /* bytes, when it was counted last */
     uint64_t n_charged; /* bytes of messages since then, and what belongs to each */

@@ -4,14 +4,12 @@
 #include "tests/support/effort.h"
 #include "tests/support/rig.h"
 
-static const char *const methods[] = {"irrcache", "ic", "tic", "live"};
 static const uint32_t threads[] = {1, 7, 2, 3, 16}; /* all are held against the first */
 
-static struct lum_view_settings settings_of(const char *method)
+static struct lum_view_settings settings_of(const struct lum_method *method)
 {
     struct lum_view_settings s = lum_view_settings_default();
-    s.method = lum_method_find(method);
-    assert_non_null(s.method);
+    s.method = method;
     s.deterministic = true;
     s.reproject_shadows = false; /* as the server does with --deterministic */
     s.w = 72;
@@ -63,7 +61,7 @@ static void put_lamp(struct rig *r, double x, double cd)
     rig_bulb(r, "lamp", rig_v(x, 2.4, 0.3), cd);
 }
 
-static void begin(struct lookers *l, const char *method, uint32_t n_threads)
+static void begin(struct lookers *l, const struct lum_method *method, uint32_t n_threads)
 {
     struct rig *r = &l->rig;
     rig_begin(r, n_threads);
@@ -141,7 +139,7 @@ static void look(struct lookers *l, struct lum_view *view, const struct lum_view
     assert_int_equal(stats.nonfinite + stats.bad_rays, 0);
 }
 
-static void run_edits(const char *method, uint32_t n_threads, struct album *album)
+static void run_edits(const struct lum_method *method, uint32_t n_threads, struct album *album)
 {
     struct lookers l = {0};
     begin(&l, method, n_threads);
@@ -149,23 +147,25 @@ static void run_edits(const char *method, uint32_t n_threads, struct album *albu
     for (int k = 0; edit(&l, k); k++) {
         look(&l, l.rig.view, &l.rig.settings);
         look(&l, l.second, &l.beside);
-        take_picture(album, l.rig.view, method, n_threads);
-        take_picture(album, l.second, method, n_threads);
+        take_picture(album, l.rig.view, method->name, n_threads);
+        take_picture(album, l.second, method->name, n_threads);
     }
     l.rig.settings.max_spp = 3; /* methods that refine go on */
     for (int pass = 0; pass < 2; pass++)
         look(&l, l.rig.view, &l.rig.settings);
-    take_picture(album, l.rig.view, method, n_threads);
+    take_picture(album, l.rig.view, method->name, n_threads);
     end(&l);
 }
 
 static void edits_and_two_views(void **state)
 {
     (void)state;
-    for (size_t m = 0; m < LUM_ARRAY_LEN(methods); m++) {
+    size_t n_methods;
+    const struct lum_method *methods = lum_methods(&n_methods);
+    for (size_t m = 0; m < n_methods; m++) {
         struct album album = {0};
         for (size_t t = 0; t < 1 + TEST_EFFORT(LUM_ARRAY_LEN(threads) - 1); t++)
-            run_edits(methods[m], threads[t], &album);
+            run_edits(&methods[m], threads[t], &album);
         free_album(&album);
     }
 }
@@ -174,13 +174,13 @@ static void edits_and_two_views(void **state)
 
 enum { POSES = 6 };
 
-static void run_replay(const char *scene, const char *method, uint32_t n_threads, struct album *album)
+static void run_replay(const char *scene, const struct lum_method *method, uint32_t n_threads, struct album *album)
 {
     struct built_in *b = built_in_open(scene, n_threads);
     struct lum_view *view = NULL;
     struct lum_view_settings settings = settings_of(method);
     char what[64];
-    snprintf(what, sizeof what, "%s, %s", scene, method);
+    snprintf(what, sizeof what, "%s, %s", scene, method->name);
     RIG_OK(lum_view_create(built_in_pool(b), &view, &err));
     album->n = 0;
     for (int pose = 0; pose < POSES; pose++) {
@@ -200,12 +200,14 @@ static void animations(void **state)
 {
     (void)state;
     static const char *const scenes[] = {"bunnies-2", "wobble"};
+    size_t n_methods;
+    const struct lum_method *methods = lum_methods(&n_methods);
     lum_thread_init_fp();
     for (size_t s = 0; s < TEST_EFFORT(LUM_ARRAY_LEN(scenes)); s++)
-        for (size_t m = 0; m < LUM_ARRAY_LEN(methods); m++) {
+        for (size_t m = 0; m < n_methods; m++) {
             struct album album = {0};
-            run_replay(scenes[s], methods[m], 1, &album);
-            run_replay(scenes[s], methods[m], 3, &album);
+            run_replay(scenes[s], &methods[m], 1, &album);
+            run_replay(scenes[s], &methods[m], 3, &album);
             free_album(&album);
         }
 }

@@ -5,7 +5,7 @@
  * without particles) the same holds, and the picture is that of the scene without it, (e) adding a glossy object
  * changes only pixels that can see it; and buffers exist for effects that are on only. (c), the count of instructions,
  * is tests/e2e/effects_ir_test.py. */
-#include "tests/support/effects_stage.h"
+#include "tests/support/effects_room.h"
 #include "tests/support/effort.h"
 
 #include <stdatomic.h>
@@ -65,12 +65,12 @@ static struct picture render(struct rig *r, const struct lum_method *method, uin
     return p;
 }
 
-static struct picture render_stage(enum lum_effect varied, enum strength strength, const struct lum_method *method,
-                                   uint32_t off)
+static struct picture render_room(enum lum_effect varied, enum strength strength, const struct lum_method *method,
+                                  uint32_t off)
 {
     struct rig r;
     rig_begin(&r, 2);
-    stage_furnish(&r, &(struct stage){varied, strength});
+    effects_room_furnish(&r, &(struct effects_room){varied, strength});
     struct picture p = render(&r, method, off, 3);
     rig_end(&r);
     return p;
@@ -166,10 +166,10 @@ static uint64_t own_buffer_bytes(const struct lum_method *method, enum lum_effec
 static uint32_t check_effect(const struct lum_method *method, enum lum_effect e)
 {
     uint32_t bit = LUM_EFFECT_BIT(e);
-    struct picture absent = render_stage(e, STAGE_ABSENT, method, 0);
-    struct picture absent_off = render_stage(e, STAGE_ABSENT, method, bit);
-    struct picture full = render_stage(e, STAGE_FULL, method, 0);
-    struct picture full_off = render_stage(e, STAGE_FULL, method, bit);
+    struct picture absent = render_room(e, STRENGTH_ABSENT, method, 0);
+    struct picture absent_off = render_room(e, STRENGTH_ABSENT, method, bit);
+    struct picture full = render_room(e, STRENGTH_FULL, method, 0);
+    struct picture full_off = render_room(e, STRENGTH_FULL, method, bit);
     struct place at = {method, e, "absent", 0};
     assert_no_trace(&absent, &at);
     at.what = "absent and forced off";
@@ -186,7 +186,7 @@ static uint32_t check_effect(const struct lum_method *method, enum lum_effect e)
     at.what = "full, but forced off";
     assert_no_trace(&full_off, &at);
     if (e != LUM_EFFECT_ANTIALIAS) { /* a choice of the view, which has no strength */
-        struct picture zero = render_stage(e, STAGE_ZERO, method, 0);
+        struct picture zero = render_room(e, STRENGTH_ZERO, method, 0);
         at.what = "strength 0";
         assert_no_trace(&zero, &at);
         if (first_difference(&zero, &absent, N_PIXELS) < N_PIXELS)
@@ -377,7 +377,7 @@ static void without_indirect_light_path_is_whitted(void **state)
     (void)state;
     struct rig r;
     rig_begin(&r, 2);
-    stage_furnish(&r, &(struct stage){LUM_EFFECT_INDIRECT_DIFFUSE, STAGE_FULL});
+    effects_room_furnish(&r, &(struct effects_room){LUM_EFFECT_INDIRECT_DIFFUSE, STRENGTH_FULL});
     RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_LIGHT, "panel", &err));
     RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_LIGHT, "sky", &err));
     struct lum_material_desc m = rig_diffuse(0.5f);

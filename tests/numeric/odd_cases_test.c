@@ -3,7 +3,7 @@
  * without power or area, glass that does not bend (NOTES H13, H14, H15, H19, H40, H41). Everything is finite
  * (rig_pass asserts that no sample was dropped and no ray refused), every pixel has its samples, and counters say what
  * was done. */
-#include "tests/support/effects_stage.h"
+#include "tests/support/effects_room.h"
 
 struct odd {
     struct rig r;
@@ -64,7 +64,7 @@ static void assert_idle(const struct odd *o)
 static void sizes(struct odd *o)
 {
     static const uint32_t rows[][2] = {{1, 1}, {1, 7}, {7, 1}, {2, 2}, {3, 50}, {17, 1}, {49, 47}, {97, 5}};
-    stage_furnish(&o->r, &(struct stage){LUM_EFFECT_DIRECT, STAGE_FULL});
+    effects_room_furnish(&o->r, &(struct effects_room){LUM_EFFECT_DIRECT, STRENGTH_FULL});
     for (size_t i = 0; i < LUM_ARRAY_LEN(rows); i++) {
         char what[32];
         snprintf(what, sizeof what, "%u x %u", rows[i][0], rows[i][1]);
@@ -102,7 +102,7 @@ static void no_objects(struct odd *o)
 /* Closed, and all lights are outside: black. Its own surface, from inside. */
 static void inside_a_wall(struct odd *o)
 {
-    stage_furnish(&o->r, &(struct stage){LUM_EFFECT_INDIRECT_DIFFUSE, STAGE_FULL});
+    effects_room_furnish(&o->r, &(struct effects_room){LUM_EFFECT_INDIRECT_DIFFUSE, STRENGTH_FULL});
     rig_camera(&o->r, rig_v(0.3, 0.25, -0.6), rig_v(2, 0.3, 0), 60);
     assert_true(render(o, "camera inside a box") == 0.0f);
     for (int k = -1; k <= 1; k++) {
@@ -123,7 +123,7 @@ static void fog(struct odd *o, struct lum_vec3d lo, struct lum_vec3d hi, bool ev
 
 static void touching_fog(struct odd *o)
 {
-    stage_furnish(&o->r, &(struct stage){LUM_EFFECT_DIRECT, STAGE_FULL});
+    effects_room_furnish(&o->r, &(struct effects_room){LUM_EFFECT_DIRECT, STRENGTH_FULL});
     const double z = o->r.settings.camera.position.z;
     fog(o, rig_v(-2, 0, -2), rig_v(2, 2, z), false, "fog up to the eye");
     fog(o, rig_v(-2, 0, -2), rig_v(2, 2, nextafter(z, 9)), false, "fog just past the eye");

@@ -3,10 +3,11 @@
  *
  * Every component follows listing 5.1: an initial pass over all pixels of a tile of the pattern, a guidance that looks
  * at what it found, and further passes over the tiles that need them, each pass with sample subsets that the pixel has
- * not used yet: ais_shadow.c    SS  listing 5.3: lights with an area and the environment, one by one ais_indirect.c  ID
- * listing 5.2: subsets of the virtual point lights, at a quarter of the resolution (5.2.4) ais_media.c     PM
- * listing 5.4: ray marching through homogeneous media ais_filter.c    the discontinuity buffer, component by component,
- * after a barrier
+ * not used yet:
+ *   - ais_shadow.c: SS, listing 5.3: lights with an area and the environment, one by one
+ *   - ais_indirect.c: ID, listing 5.2: subsets of the virtual point lights, at a quarter of the resolution (5.2.4)
+ *   - ais_media.c: PM, listing 5.4: ray marching through homogeneous media
+ *   - ais_filter.c: the discontinuity buffer, component by component, after a barrier
  *
  * A work cell is a square of tiles. Its pixels at one place of the pattern use the same subset, and are visited one
  * after the other: their rays are neighbours and end in one place, which packet tracing needs. */
@@ -47,7 +48,7 @@ struct lum_ais_cell {
     uint8_t further[LUM_AIS_TILES];                       /* iterations that each tile gets after the first one */
 };
 /* Nothing is wanted yet. */
-void lum_ais_cell_init(struct lum_ais_cell *ret_packet, const struct lum_pass *pass, uint32_t cell, uint32_t step);
+void lum_ais_cell_init(struct lum_ais_cell *ret_cell, const struct lum_pass *pass, uint32_t index, uint32_t step);
 /* Wants the pixels whose kind has one of these bits; 0: all. False: there is none. */
 bool lum_ais_cell_want(struct lum_ais_cell *p, uint8_t kinds);
 

@@ -1,8 +1,16 @@
 /* The second half of the thesis' frame (5.2.4): after a barrier, cells are filtered.
  *
  * AIS filters component by component and IGI the sum of direct and indirect light. The thesis holds the first to be
- * smoother; the filter being linear, and the same for both, it makes no difference to the picture. */
+ * smoother; the filter being linear, and the same for both, it makes no difference to the picture.
+ *
+ * Of a method that has estimators of others, too, their buffers are left alone. */
 #include "core/effect/ais/ais.h"
+
+static bool is_ours(const struct lum_pass *pass, enum lum_effect effect)
+{
+    const struct lum_estimator *e = pass->settings->method->serves[effect];
+    return e && e->smoothed_by == &lum_filter_ais;
+}
 
 static void filter(const struct lum_pass *pass, uint32_t cell, enum lum_effect which, uint8_t need)
 {
@@ -39,12 +47,18 @@ static void filter_cell(const struct lum_pass *pass, uint32_t cell, struct lum_c
     (void)counters;
     if (lum_components_enter_filter(pass, LUM_EFFECT_INDIRECT_DIFFUSE, cell))
         return;
-    filter(pass, cell, LUM_EFFECT_SOFT_SHADOW, LUM_PIXEL_DIFFUSE);
+    bool indirect = is_ours(pass, LUM_EFFECT_INDIRECT_DIFFUSE); /* igi has it among soft shadows */
+    if (indirect || is_ours(pass, LUM_EFFECT_SOFT_SHADOW))
+        filter(pass, cell, LUM_EFFECT_SOFT_SHADOW, LUM_PIXEL_DIFFUSE);
+    if (is_ours(pass, LUM_EFFECT_GLOSSY))
+        filter(pass, cell, LUM_EFFECT_GLOSSY, LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR);
+    if (is_ours(pass, LUM_EFFECT_MEDIA))
+        filter(pass, cell, LUM_EFFECT_MEDIA, 0);
+    if (!indirect)
+        return;
     filter(pass, cell, LUM_EFFECT_INDIRECT_DIFFUSE, LUM_PIXEL_DIFFUSE);
-    filter(pass, cell, LUM_EFFECT_GLOSSY, LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR);
     filter(pass, cell, LUM_EFFECT_TRANSMISSION, LUM_PIXEL_SHEET);
     color_far_sides(pass, cell);
-    filter(pass, cell, LUM_EFFECT_MEDIA, 0);
 }
 
 const struct lum_estimator lum_filter_ais = {

@@ -240,6 +240,7 @@ const struct lum_estimator lum_estimator_ais_indirect = {
     .tile = indirect_cell,
     .cells = true,
     .components = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE),
+    .smoothed_by = &lum_filter_ais,
     .then = &lum_stage_vpls,
 };
 
@@ -249,5 +250,6 @@ const struct lum_estimator lum_estimator_igi_indirect = {
     .tile = indirect_cell,
     .cells = true,
     .components = LUM_EFFECT_BIT(LUM_EFFECT_SOFT_SHADOW),
+    .smoothed_by = &lum_filter_ais,
     .then = &lum_stage_vpls,
 };

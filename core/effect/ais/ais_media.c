@@ -7,6 +7,7 @@
 #include "core/effect/ais/ais.h"
 #include "core/light/sample.h"
 #include "core/math/sampler.h"
+#include "core/math/sampler_pairs.h"
 
 #include <string.h>
 
@@ -18,9 +19,6 @@
 /* Listing 5.4, line 9: the distance in metres below which the divisor of the geometry term is below one (5.4). It
  * subtracts the attenuation coefficient, in 1 / m, as if that were a distance; taken literally, in metres. */
 #define HALO_M 1.0f
-
-/* Sampler pairs of points on lights. */
-#define PAIR_MARCH 0xc0000000u
 
 /* About 100 KiB: lives on a worker's stack. */
 struct march {
@@ -112,7 +110,7 @@ static bool arriving_light(const struct march *m, const struct point *pt, uint32
     const struct lum_light *light = &s->lights.lights[index];
     struct lum_vec2 u = {0.5f, 0.5f};
     if (!light->delta)
-        u = lum_sampler_2d(&pt->sampler, PAIR_MARCH | (lum_hash_text(light->id) + m->salt + pt->step));
+        u = lum_sampler_2d(&pt->sampler, LUM_PAIRS_MARCH | (lum_hash_text(light->id) + m->salt + pt->step));
     if (!lum_light_sample_at(s, index, pt->p, u, ret_sample))
         return false;
     struct lum_vec3 wi = ret_sample->wi;
@@ -254,4 +252,5 @@ const struct lum_estimator lum_estimator_ais_media = {
     .tile = media_cell,
     .cells = true,
     .components = LUM_EFFECT_BIT(LUM_EFFECT_MEDIA),
+    .smoothed_by = &lum_filter_ais,
 };

@@ -14,12 +14,10 @@
 #include "core/light/sample.h"
 #include "core/material/bsdf.h"
 #include "core/math/sampler.h"
+#include "core/math/sampler_pairs.h"
 #include "core/scene/surface.h"
 
 #include <string.h>
-
-/* Sampler pairs of lights, as in effect/direct/direct.c. */
-#define PAIR_LIGHTS 0x80000000u
 
 /* Light reflected by a pixel. */
 struct reflected {
@@ -311,7 +309,7 @@ static void take_samples(struct shadow *s, uint32_t iteration)
         if (list.n == 0)
             continue;
         load_points(s, &list);
-        if (!aim(s, lum_sampler_2d(&sampler, PAIR_LIGHTS | s->salt)))
+        if (!aim(s, lum_sampler_2d(&sampler, LUM_PAIRS_LIGHTS | s->salt)))
             continue;
         for (uint32_t k = 0; k < list.n; k++)
             sample_pixel(s, k, list.pixel[k], iteration);
@@ -391,6 +389,7 @@ const struct lum_estimator lum_estimator_ais_shadow = {
     .tile = shadow_cell,
     .cells = true,
     .components = LUM_EFFECT_BIT(LUM_EFFECT_SOFT_SHADOW),
+    .smoothed_by = &lum_filter_ais,
 };
 
 /* Calls for the buffer; what goes there is found by the shadow rays. */
@@ -407,4 +406,5 @@ const struct lum_estimator lum_estimator_ais_gloss = {
     .tile = gloss_cell,
     .cells = true,
     .components = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY),
+    .smoothed_by = &lum_filter_ais,
 };

@@ -5,8 +5,7 @@
 
 #include "core/interleave/interleave.h"
 #include "core/math/sampler.h"
-
-#define PAIR_POINT 0x40000000u /* a dimension that no other draw has */
+#include "core/math/sampler_pairs.h"
 
 /* Numbers of the pattern that lie in one 2 x 2 block differ in their upper two bits. Reversed, they are neighbours in
  * the sequence: then every such block holds a (0,2,2)-net, one of the four that make up the whole. */
@@ -63,7 +62,7 @@ static void draw_points(struct lum_area_visibility *s, const struct lum_pass *pa
 {
     for (uint32_t k = 0; k < LUM_AREA_POINTS; k++) {
         struct lum_sampler sampler = {lum_hash_combine(s->salt, pass->settings->seed), reversed4(k)};
-        s->point[k] = lum_sampler_2d(&sampler, PAIR_POINT);
+        s->point[k] = lum_sampler_2d(&sampler, LUM_PAIRS_AREA_POINTS);
     }
     choose_first(s);
     s->placed = false;

@@ -3,11 +3,10 @@
 #include <string.h>
 
 #include "core/math/color.h"
+#include "core/light/emitter.h"
 #include "core/light/irradiance.h"
 #include "core/math/sampler.h"
-
-/* Sampler pairs of lights are spread over the upper half; the path tracer's are small numbers. */
-#define PAIR_LIGHTS 0x80000000u
+#include "core/math/sampler_pairs.h"
 
 void lum_vertices_push(struct lum_vertices *v, uint32_t slot, struct lum_vec3 p, struct lum_vec3 wo,
                        uint32_t pixel_seed)
@@ -32,9 +31,8 @@ static const struct lum_vec2 hard_sample = {0.42f, 0.47f};
 
 static bool is_hard(const struct lum_direct *job)
 {
-    enum lum_emitter kind = job->snapshot->lights.lights[job->light].kind;
-    return job->hard && (kind == LUM_EMIT_QUAD || kind == LUM_EMIT_DISC || kind == LUM_EMIT_SPHERE ||
-                         kind == LUM_EMIT_OPENING_RECTANGLE || kind == LUM_EMIT_OPENING_DISC);
+    const struct lum_emitter_row *row = lum_emitters[job->snapshot->lights.lights[job->light].kind];
+    return job->hard && row->across && !row->from_afar; /* lamps with a body of their own; a mesh is the scene's */
 }
 
 /* What a faint reflection shows may be as much noisier as it is fainter: from this weight in the pixel on a vertex has
@@ -59,7 +57,7 @@ static bool sample_value(const struct lum_direct *job, uint32_t i, uint32_t k, u
     if (k >= n_samples)
         return false;
     if (!is_hard(job))
-        u = lum_sampler_2d(&sampler, PAIR_LIGHTS | job->salt);
+        u = lum_sampler_2d(&sampler, LUM_PAIRS_LIGHTS | job->salt);
     if (!lum_light_sample_plainly(job->snapshot, job->light, v->p[i], u, ret_sample))
         return false;
     float pdf_unused;

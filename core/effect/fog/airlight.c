@@ -1,6 +1,7 @@
 /* Airlight: trace and refine. */
 #include "core/effect/fog/airlight.h"
 #include "core/math/sampler.h"
+#include "core/math/sampler_pairs.h"
 
 #include <string.h>
 
@@ -9,9 +10,6 @@
 #define N_TILES (TILES_SIDE * TILES_SIDE)
 #define N_PIXELS (LUM_CELL_SIDE * LUM_CELL_SIDE)
 _Static_assert(LUM_CELL_SIDE % LUM_AIRLIGHT_SIDE == 0, "a packet is made of whole tiles of the pattern");
-
-/* Sampler pairs of points on lights. */
-#define PAIR_AIRLIGHT 0xa0000000u
 
 /* Points of a pixel and pair, at most; and the error of a tile, relative to its light, that is worth further ones. */
 #define POINTS_MAX 5u
@@ -75,12 +73,12 @@ static void sample_pixel(struct airlight *a, uint32_t pixel, uint32_t stratum, u
     if (!lum_airlight_plan(&q, &w))
         return;
     struct lum_sampler sampler = sampler_of_tile(a, pixel);
-    float shift = lum_sampler_1d(&sampler, PAIR_AIRLIGHT + 1) + (float)iteration / (float)n;
+    float shift = lum_sampler_1d(&sampler, LUM_PAIRS_AIRLIGHT + 1) + (float)iteration / (float)n;
     float pdf, u = ((float)stratum + shift - floorf(shift)) / N_SUBSETS, t = lum_airlight_distance(&w, u, &pdf);
     sampler.sample = N_SUBSETS * iteration + stratum;
     struct lum_vec2 u_light = {0.5f, 0.5f};
     if (!q.snapshot->lights.lights[q.light].delta)
-        u_light = lum_sampler_2d(&sampler, PAIR_AIRLIGHT);
+        u_light = lum_sampler_2d(&sampler, LUM_PAIRS_AIRLIGHT);
     struct lum_scatter s;
     if (!lum_medium_scatter_at(&q, t, pdf, u_light, &s))
         return;

@@ -9,7 +9,7 @@
 
 /* ---- which pixels ---- */
 
-struct mask {
+struct interpolated {
     struct lum_interpolated *of; /* by tile */
     uint8_t *known;              /* by tile */
     uint8_t *taps;               /* by pixel */
@@ -18,18 +18,18 @@ struct mask {
 
 static void finish(void *state)
 {
-    struct mask *s = state;
+    struct interpolated *s = state;
     for (uint32_t t = 0; t < s->n_tiles; t++)
         lum_kept_candidates_finish(&s->of[t].kept);
     lum_free(s->of);
     lum_free(s->known);
     lum_free(s->taps);
-    *s = (struct mask){0};
+    *s = (struct interpolated){0};
 }
 
 static bool reserve(void *state, const struct lum_pass *pass)
 {
-    struct mask *s = state;
+    struct interpolated *s = state;
     uint32_t n = lum_interpolated_tiles(pass);
     if (s->n_tiles >= n)
         return true;
@@ -43,7 +43,7 @@ static bool reserve(void *state, const struct lum_pass *pass)
 
 static void invalidate(void *state, const struct lum_pass *pass, const struct lum_outcome *outcome)
 {
-    struct mask *s = state;
+    struct interpolated *s = state;
     if (outcome->neighbours == LUM_FATE_STALE)
         memset(s->known, 0, s->n_tiles);
     for (uint32_t t = 0; outcome->neighbours == LUM_FATE_MOVED && t < s->n_tiles; t++)
@@ -51,7 +51,7 @@ static void invalidate(void *state, const struct lum_pass *pass, const struct lu
             s->known[t] = 0;
 }
 
-const struct lum_state_kind lum_interpolated_kind = {sizeof(struct mask), reserve, invalidate, finish};
+const struct lum_state_kind lum_interpolated_kind = {sizeof(struct interpolated), reserve, invalidate, finish};
 
 /* True when the method interpolates every second pixel of every second row, and those that none of these serves. */
 static bool is_quarter(const struct lum_pass *pass)
@@ -64,8 +64,8 @@ static bool is_quarter(const struct lum_pass *pass)
 }
 
 /* Which pixels of the tile interpolate records, and from which of them the others take. */
-static void find_sites(const struct lum_pass *pass, uint32_t tile, struct lum_interpolated *ret_sites,
-                       uint8_t *inout_taps)
+static void find_pixels(const struct lum_pass *pass, uint32_t tile, struct lum_interpolated *ret_pixels,
+                        uint8_t *inout_taps)
 {
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     bool quarter = is_quarter(pass);
@@ -84,13 +84,13 @@ static void find_sites(const struct lum_pass *pass, uint32_t tile, struct lum_in
             else if (wanted && taps == 0)
                 lum_pixel_mask_set(&lone, slot);
         }
-    ret_sites->coarse = coarse;
-    ret_sites->lone = lone;
-    ret_sites->kept.known = false;
+    ret_pixels->coarse = coarse;
+    ret_pixels->lone = lone;
+    ret_pixels->kept.known = false;
 }
 
 /* Which pixels of the tile show sheets. */
-static void find_sheets(const struct lum_pass *pass, uint32_t tile, struct lum_interpolated *ret_sites)
+static void find_sheets(const struct lum_pass *pass, uint32_t tile, struct lum_interpolated *ret_pixels)
 {
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile % pass->tiling.n);
     struct lum_pixel_mask sheets = {0};
@@ -98,25 +98,25 @@ static void find_sheets(const struct lum_pass *pass, uint32_t tile, struct lum_i
         for (uint32_t x = 0; x < r.w; x++)
             if (pass->surfaces->kind[(size_t)(r.y + y) * pass->tiling.w + r.x + x] & LUM_PIXEL_SHEET)
                 lum_pixel_mask_set(&sheets, y * LUM_TILE_SIDE + x);
-    ret_sites->coarse = sheets;
-    ret_sites->lone = (struct lum_pixel_mask){0};
-    ret_sites->kept.known = false;
+    ret_pixels->coarse = sheets;
+    ret_pixels->lone = (struct lum_pixel_mask){0};
+    ret_pixels->kept.known = false;
 }
 
 struct lum_interpolated *lum_interpolated_of(const struct lum_pass *pass, uint32_t tile)
 {
-    struct mask *s = lum_pass_state(pass, &lum_interpolated_kind);
+    struct interpolated *s = lum_pass_state(pass, &lum_interpolated_kind);
     if (!s->known[tile] && lum_tile_is_far(pass, tile))
         find_sheets(pass, tile, &s->of[tile]);
     else if (!s->known[tile])
-        find_sites(pass, tile, &s->of[tile], s->taps);
+        find_pixels(pass, tile, &s->of[tile], s->taps);
     s->known[tile] = 1;
     return &s->of[tile];
 }
 
 const uint8_t *lum_taps_of(const struct lum_pass *pass)
 {
-    const struct mask *s = lum_pass_state(pass, &lum_interpolated_kind);
+    const struct interpolated *s = lum_pass_state(pass, &lum_interpolated_kind);
     return s->taps;
 }
 

@@ -7,14 +7,15 @@
 #include "core/effect/direct/layers.h"
 #include "core/effect/direct/area_visibility.h"
 #include "core/interleave/interleave.h"
+#include "core/light/emitter.h"
 #include "core/math/sampler.h"
+#include "core/math/sampler_pairs.h"
 #include "core/math/warp.h"
 #include "core/medium/medium.h"
 #include "core/scene/surface.h"
 
-#define PAIR_MANY_LIGHTS 0x50000000u /* sampler pair of points on lights: no other effect's */
-#define CULL_SHARE (1.0f / 512)      /* of a tile's brightness: half a step of 8 bits */
-#define OCTAVES 64                   /* that bounds are told apart by, from the brightest */
+#define CULL_SHARE (1.0f / 512) /* of a tile's brightness: half a step of 8 bits */
+#define OCTAVES 64              /* that bounds are told apart by, from the brightest */
 _Static_assert(OCTAVES < LUM_CUT_FORGOTTEN, "a tile's cut is a number of octaves");
 
 /* ---- what a light can bring to a tile ---- */
@@ -58,7 +59,7 @@ static float bound_of(const struct lum_light *l, const struct lum_sampled_light 
 {
     struct lum_vec3 d = {outside(own->p.x, e->lo.x, e->hi.x), outside(own->p.y, e->lo.y, e->hi.y),
                          outside(own->p.z, e->lo.z, e->hi.z)};
-    bool flat = l->kind == LUM_EMIT_QUAD || l->kind == LUM_EMIT_DISC, sphere = l->kind == LUM_EMIT_SPHERE;
+    bool flat = lum_emitters[l->kind]->flat, sphere = l->kind == LUM_EMIT_SPHERE;
     bool point = l->kind == LUM_EMIT_POINT, mesh = l->kind == LUM_EMIT_MESH;
     if (!(own->reference > 0.0f))
         return 0.0f;
@@ -73,7 +74,7 @@ static float bound_of(const struct lum_light *l, const struct lum_sampled_light 
     float centre = lum_length(d), near = lum_max(centre - radius, point ? LUM_POINT_LIGHT_NEAR : 0.0f);
     if (!(near > 0.0f))
         return INFINITY;
-    float size = point ? 1.0f : l->kind == LUM_EMIT_QUAD || mesh ? l->area : LUM_PI * radius * radius;
+    float size = point ? 1.0f : sphere ? LUM_PI * radius * radius : l->area;
     float brightest =
         mesh ? lum_max(l->mean_emission, 1.0f) : 1.0f; /* a texel of 1, or more in a picture of high range */
     float from = sphere ? centre : near;
@@ -259,7 +260,7 @@ static void sample_light(struct tile_job *t, uint32_t light, uint32_t of)
     t->used[shot.window] = true;
     for (uint32_t set = first % sets; set < LUM_AREA_POINTS; set += sets) {
         sampler.sample = set;
-        shot.u = lum_sampler_2d(&sampler, PAIR_MANY_LIGHTS);
+        shot.u = lum_sampler_2d(&sampler, LUM_PAIRS_MANY_LIGHTS);
         shot.placed = lum_light_place(t->pass->snapshot, l, shot.u, &shot.place);
         for (uint32_t at = of < LUM_AREA_POINTS ? set : first; at < LUM_TILE_PIXELS; at += places)
             if (t->vertex_at[at] != NOWHERE)

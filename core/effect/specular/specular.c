@@ -10,6 +10,7 @@
 #include "core/effect/specular/specular.h"
 #include "core/effect/indirect/records.h"
 #include "core/math/sampler.h"
+#include "core/math/sampler_pairs.h"
 #include "core/pass/components.h"
 #include "core/path/wave.h"
 #include "core/scene/surface.h"
@@ -304,7 +305,6 @@ static void queue_far_side(struct tree *t, const struct lum_bsdf *b, struct lum_
 
 /* Per branch, medium and light, fewer of faint ones; neighbours have others, and the filter joins them. */
 #define FOG_POINTS 4u
-#define PAIR_FOG 0x20000000u /* sampler pairs: from here on, two for each medium and light */
 
 static void add_fog(struct tree *t, uint32_t slot, struct lum_rgb value)
 {
@@ -332,7 +332,7 @@ static void flush_fog(struct tree *t)
 static void sample_fog(struct tree *t, const struct branch *b, const struct lum_scatter_query *q,
                        const struct lum_sampler *sampler, uint32_t n_points)
 {
-    uint32_t pair = PAIR_FOG + 2 * (q->medium + LUM_MEDIA_MAX * q->light);
+    uint32_t pair = LUM_PAIRS_SPECULAR_FOG + 2 * (q->medium + LUM_MEDIA_MAX * q->light);
     struct lum_scatter s;
     if (!lum_medium_scatter(q, lum_sampler_2d(sampler, pair), lum_sampler_2d(sampler, pair + 1), &s))
         return;

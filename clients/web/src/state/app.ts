@@ -25,7 +25,7 @@ import { Materials } from './materials';
 import { Reader } from './readout';
 import { may, NOT_TO_EDIT, roleOf, type Role } from './role';
 import { Reference, type Wanted } from './reference';
-import { Meter } from './meter';
+import { FrameMeter } from './frame_meter';
 import { methodsIn, type Method } from './methods';
 import { anchoredAt } from './placement';
 import { Presets } from './presets';
@@ -64,7 +64,7 @@ export class App {
     /** Draw lamp markers over the picture. */
     readonly markers = signal(true);
     readonly scene = new SceneMirror();
-    readonly meter = new Meter();
+    readonly meter = new FrameMeter();
     readonly convergence = new Convergence();
     readonly toasts = new Toasts();
     readonly comeback = new Comeback((text) => this.toasts.info(text));

@@ -3,7 +3,7 @@ import { computed, signal } from '@preact/signals';
 import { duration, number, percent } from '../lib/format';
 import { isObject, type Json, type JsonObject } from '../protocol/rpc';
 import { numberOr, stringOr } from '../protocol/types';
-import { errorOf, type ErrorNumbers } from './meter';
+import { errorOf, type ErrorNumbers } from './frame_meter';
 import { STOPS, type Stop } from './view';
 
 /** An error of which less than this was measured in the picture itself is one of the pictures before. */

@@ -5,7 +5,7 @@ import type { SceneRecord } from '../protocol/types';
 import { byLight, grouped, groupIntensity, groupStart, scaledTo } from './groups';
 import { explainImport, idForAsset } from './imports';
 import { asInModel, centreOf, colourOf, fluxOf, intensityOf, isAdjusted, isLamp, nameOf } from './lights';
-import { legendOf, Meter, placeOn, sharesOf } from './meter';
+import { legendOf, FrameMeter, placeOn, sharesOf } from './frame_meter';
 import { anchorOf, anchoredAt, placementOf } from './placement';
 import { SceneMirror, withField } from './scene';
 import { STOPS, ViewLink, viewSize } from './view';
@@ -222,7 +222,7 @@ test('a failed import says what to do, and nothing of the protocol', () => {
 });
 
 test('light that is in no picture is told once there is enough of it', () => {
-    const meter = new Meter();
+    const meter = new FrameMeter();
     const frame = { ms: 20, passes: 1, rays: {}, effects: {} };
     meter.stats({ ...frame, caustics: null });
     assert.equal(meter.server.value?.missing, null, 'not known yet');
@@ -233,7 +233,7 @@ test('light that is in no picture is told once there is enough of it', () => {
 });
 
 test('what effects take of the time stands beside what they leave of the noise', () => {
-    const meter = new Meter();
+    const meter = new FrameMeter();
     const effects = { direct: { on: true, ns: 1e6, noise: 0.03 }, glossy: { on: true, ns: 3e6, noise: 0.04 }, media: { on: false, ns: 0, noise: 0 } };
     meter.stats({ ms: 20, passes: 1, effects });
     const shares = sharesOf(meter.server.value!.effects);
@@ -253,7 +253,7 @@ test('what the colours of a map stand for is told, in steps or smooth', () => {
 });
 
 test('a frame that took no work says what it shows, and not that it took nothing', () => {
-    const meter = new Meter();
+    const meter = new FrameMeter();
     const frame = { ms: 20, passes: 1, rays: { primary: 4000 }, effects: { direct: { on: true, rays: 7 } } };
     meter.stats({ ...frame, cache: { records: 90, created: 3, updated: 2, reused: 80, removed: 1, discarded: 0 }, method: 'live' });
     assert.equal(meter.server.value?.raysPerSecond, 200000);

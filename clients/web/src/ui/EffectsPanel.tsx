@@ -1,5 +1,5 @@
 import { fixed, percent, si } from '../lib/format';
-import { sharesOf, type Effect, type Shares } from '../state/meter';
+import { sharesOf, type Effect, type Shares } from '../state/frame_meter';
 import { FORCES, type Force } from '../state/view';
 import { useApp } from './context';
 

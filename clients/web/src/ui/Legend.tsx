@@ -1,6 +1,6 @@
 import { useSignal } from '@preact/signals';
 import { number, toError } from '../lib/format';
-import { placeOn, type OverlayLegend, type Scale } from '../state/meter';
+import { placeOn, type OverlayLegend, type Scale } from '../state/frame_meter';
 import { isOfLight, OVERLAYS, type FalseColour, type OverlayName } from '../state/view';
 import { Choice } from './Choice';
 import { useApp } from './context';

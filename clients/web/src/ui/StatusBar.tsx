@@ -1,7 +1,7 @@
 import type { ComponentChildren } from 'preact';
 import { fixed, number, percent, si } from '../lib/format';
 import { FRESH, LOOSE, opacityOf } from '../state/convergence';
-import type { FrameNumbers } from '../state/meter';
+import type { FrameNumbers } from '../state/frame_meter';
 import { useApp } from './context';
 import { Sparkline } from './Sparkline';
 

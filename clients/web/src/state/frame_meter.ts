@@ -116,7 +116,7 @@ export interface ServerNumbers extends Work {
     exposureEv: number | null;
 }
 
-export class Meter {
+export class FrameMeter {
     readonly frame = signal<FrameNumbers | null>(null);
     readonly server = signal<ServerNumbers | null>(null);
     readonly fps = signal(0);

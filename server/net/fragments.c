@@ -1,4 +1,4 @@
-#include "server/net/rx.h"
+#include "server/net/fragments.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -6,7 +6,7 @@
 #define KEPT_BYTES (16u << 10) /* as much as is read at once */
 
 /* Grows to what the client sends, doubled, so that a message costs amortised linear time. */
-static bool reserve(struct lum_rx *rx, size_t n, size_t max)
+static bool reserve(struct lum_fragments *rx, size_t n, size_t max)
 {
     if (rx->n + n <= rx->capacity)
         return true;
@@ -22,7 +22,7 @@ static bool reserve(struct lum_rx *rx, size_t n, size_t max)
     return true;
 }
 
-bool lum_rx_add(struct lum_rx *rx, const char *bytes, size_t n, size_t max)
+bool lum_fragments_add(struct lum_fragments *rx, const char *bytes, size_t n, size_t max)
 {
     if (n == 0)
         return true;
@@ -33,15 +33,15 @@ bool lum_rx_add(struct lum_rx *rx, const char *bytes, size_t n, size_t max)
     return true;
 }
 
-void lum_rx_clear(struct lum_rx *rx)
+void lum_fragments_clear(struct lum_fragments *rx)
 {
     rx->n = 0;
     if (rx->capacity > KEPT_BYTES) /* large messages are rare: do not keep their memory */
-        lum_rx_finish(rx);
+        lum_fragments_finish(rx);
 }
 
-void lum_rx_finish(struct lum_rx *rx)
+void lum_fragments_finish(struct lum_fragments *rx)
 {
     free(rx->bytes);
-    *rx = (struct lum_rx){0};
+    *rx = (struct lum_fragments){0};
 }
