@@ -1,5 +1,6 @@
 /* What probes say of a picture's error, against the error: where the truth is known, and of pictures of every method.
  */
+#include "core/render/error_places.h"
 #include "core/render/error_probes.h"
 #include "tests/numeric/stats.h"
 #include "tests/support/built_in.h"
@@ -71,6 +72,12 @@ static float here_and_there(uint32_t x, uint32_t y)
     return (x * 31 + y * 17) % 97 == 0 ? 5.0f : 0.0f;
 }
 
+/* A fifth of a percent of the pixels. */
+static float in_a_short_row(uint32_t x, uint32_t y)
+{
+    return y == 20 && x >= 40 && x < 52 ? 20.0f : 0.0f;
+}
+
 /* Its relative squared error. */
 static double draw_picture(struct sky *s, pattern_fn off)
 {
@@ -112,6 +119,58 @@ static void the_estimate_is_unbiased(void **state)
         assert_true(fabs(sum - truth) <= 4.0 * deviation + 1e-5 * truth);
         assert_true(n_covered >= SURE_SHARE * DRAWS);
         sky_end(&s);
+    }
+}
+
+/* What is off in few pixels that are bright is found by nearly every draw: what is said scatters by no more than a
+ * quarter. */
+static void what_is_bright_and_small_is_found(void **state)
+{
+    (void)state;
+    struct sky s;
+    sky_begin(&s, 2);
+    double truth = draw_picture(&s, in_a_short_row), sum = 0.0, sum2 = 0.0;
+    for (uint32_t draw = 0; draw < DRAWS; draw++) {
+        lum_error_probes_begin(s.probes, false);
+        RIG_OK(lum_error_probes_trace(s.probes, &s.pass, 8000, &s.runner));
+        double said = lum_error_probes_error(s.probes, &s.film).rel;
+        sum += said * said / DRAWS;
+        sum2 += said * said * said * said / DRAWS;
+    }
+    print_message("%g, said %g +- %g\n", truth, sum, sqrt(fmax(sum2 - sum * sum, 0.0)));
+    assert_true(sqrt(fmax(sum2 - sum * sum, 0.0)) <= 0.25 * truth);
+    sky_end(&s);
+}
+
+/* However small or narrow a picture is, places lie in it. Where all of it is alike none is drawn rather than another,
+ * and they stand for all of it: in the mean of the draws, as those that begin early have a row more. */
+static void places_lie_in_pictures_of_any_size(void **state)
+{
+    (void)state;
+    static const uint32_t sizes[][2] = {{1, 1}, {3, 2}, {1, 9000}, {9000, 1}, {37, 301}, {640, 400}};
+    enum { PLACE_DRAWS = 256 };
+    for (size_t k = 0; k < LUM_ARRAY_LEN(sizes); k++) {
+        struct lum_film film = {0};
+        struct lum_error_looks looks = {0};
+        struct lum_error_place places[LUM_ERROR_PLACES];
+        uint64_t nonfinite = 0;
+        double mean = 0.0, x = 0.0;
+        RIG_OK(lum_film_init(&film, sizes[k][0], sizes[k][1], &err));
+        for (uint32_t i = 0; i < film.w * film.h; i++)
+            lum_film_set(&film, i % film.w, i / film.w, lum_grey(1.0f), &nonfinite);
+        for (uint32_t draw = 0; draw < PLACE_DRAWS; draw++) {
+            RIG_OK(lum_error_places_draw(&looks, &film, 7, draw, places));
+            for (uint32_t i = 0; i < LUM_ERROR_PLACES; i++) {
+                assert_true(places[i].x < film.w && places[i].y < film.h);
+                mean += (double)places[i].weight / (PLACE_DRAWS * LUM_ERROR_PLACES);
+                x += (double)places[i].x / (PLACE_DRAWS * LUM_ERROR_PLACES);
+            }
+        }
+        print_message("%u x %u: weight %g, in the middle at %g\n", film.w, film.h, mean, x);
+        assert_true(fabs(mean - 1.0) < 0.02);
+        assert_true(fabs(x - 0.5 * (film.w - 1)) <= 0.03 * film.w); /* 4 * sqrt(1 / 12 / 16384) = 0.009, and rows */
+        lum_error_looks_finish(&looks);
+        lum_film_finish(&film);
     }
 }
 
@@ -481,6 +540,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_estimate_is_unbiased),
+        cmocka_unit_test(what_is_bright_and_small_is_found),
+        cmocka_unit_test(places_lie_in_pictures_of_any_size),
         cmocka_unit_test(threads_do_not_change_it),
         cmocka_unit_test(a_map_shows_where),
         cmocka_unit_test(maps_add_up),
