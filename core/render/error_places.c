@@ -207,6 +207,7 @@ enum lum_status lum_error_places_draw(struct lum_error_looks *l, const struct lu
     double alike = (double)LUM_ERROR_PLACES * r.step * n_looks / ((double)n * r.w * r.h);
     for (uint32_t i = 0; i < LUM_ERROR_PLACES; i++) {
         ret_places[i].weight = (float)(alike / (double)l->chance[picked[i]]);
+        ret_places[i].near = i / LUM_ERROR_NEAR; /* in the order of columns */
         find_pixel(&r, picked[i] % n_looks, &ret_places[i]);
     }
     shuffle(ret_places, lum_hash_combine(seed, draw));

@@ -6,10 +6,12 @@
 #include "core/film/film.h"
 
 #define LUM_ERROR_PLACES 64u /* that are drawn together */
+#define LUM_ERROR_NEAR 8u    /* of these, how many are near each other */
 
 struct lum_error_place {
     uint32_t x, y;
-    float weight; /* 1 / (chance * number of pixels), of one of them: 1 where all pixels are drawn alike */
+    uint32_t near; /* number of the LUM_ERROR_NEAR that it is one of */
+    float weight;  /* 1 / (chance * number of pixels), of one of them: 1 where all pixels are drawn alike */
 };
 
 /* What a draw looks at; zeroed: nothing yet. */

@@ -27,7 +27,7 @@
 #define PROBE_SEED 0x70726f62u /* "prob": not the numbers of the picture's own samples */
 
 struct probe {
-    uint32_t x, y;
+    uint32_t x, y, near;
     float weight;     /* 1 / (chance * number of pixels): 1 where all are drawn alike */
     uint32_t n_begun; /* pairs */
     uint32_t n;       /* of these, in the sums */
@@ -98,8 +98,10 @@ static bool draw_probes(struct lum_error_probes *p, const struct lum_film *f, ui
     struct lum_error_place places[LUM_ERROR_PLACES];
     if (lum_error_places_draw(&p->looks, f, seed, p->n / LUM_ERROR_PLACES, places) != LUM_OK)
         return false;
+    uint32_t near = p->n / LUM_ERROR_NEAR;
     for (uint32_t i = 0; i < LUM_ERROR_PLACES; i++)
-        p->probes[p->n++] = (struct probe){.x = places[i].x, .y = places[i].y, .weight = places[i].weight};
+        p->probes[p->n++] = (struct probe){
+            .x = places[i].x, .y = places[i].y, .near = near + places[i].near, .weight = places[i].weight};
     return true;
 }
 
@@ -255,19 +257,44 @@ static double square_at(const struct probe *probe, const struct lum_film *film)
     return (b - probe->sum[0] / probe->n) * (b - probe->sum[1] / probe->n);
 }
 
+/* What the halves of a probe's paths are off by, squared: its noise is in it. */
+static double noisy_square_at(const struct probe *probe, const struct lum_film *film)
+{
+    double b = (double)luminance_at(film, probe->x, probe->y);
+    double d0 = b - probe->sum[0] / probe->n, d1 = b - probe->sum[1] / probe->n;
+    return 0.5 * (d0 * d0 + d1 * d1);
+}
+
+/* Of neighbours. */
+struct neighbours {
+    double sum, n;
+};
+
+/* (b - y1)(b - y2) is large where both halves met what is rare, and that is rarer by far: few probes may all have
+ * missed it, and their squares then tell too small a deviation. With c = E (b - y)^2 of one half the product has the
+ * mean square c^2, and c is known well long before, from either half. c is a pixel's own; taken from neighbours
+ * together, as the square of their mean, it is less than of each where they differ: the larger of both counts.
+ * Simulated as in error_places.c: 97 % are covered with it, 92 % without, and bounds are a fifth wider in the mean. */
 static struct moments moments_of(const struct lum_error_probes *p, const struct lum_film *film, double mean)
 {
+    struct neighbours near[MAX_PROBES / LUM_ERROR_NEAR] = {0};
     struct moments m = {0};
+    double pooled2 = 0.0;
     for (uint32_t i = 0; i < p->n; i++) {
         const struct probe *probe = &p->probes[i];
         if (probe->n == 0)
             continue;
-        double square = square_at(probe, film) * (double)probe->weight / (mean * mean);
+        double weight = (double)probe->weight / (mean * mean), square = square_at(probe, film) * weight;
         m.n++;
         m.sum += square;
         m.sum2 += square * square;
         m.sum3 += square * square * square;
+        near[probe->near].sum += noisy_square_at(probe, film) * weight;
+        near[probe->near].n++;
     }
+    for (uint32_t i = 0; i < LUM_ARRAY_LEN(near); i++)
+        pooled2 += near[i].n > 0.0 ? near[i].sum * near[i].sum / near[i].n : 0.0;
+    m.sum2 = fmax(m.sum2, pooled2);
     return m;
 }
 
