@@ -113,6 +113,8 @@ static bool measure_stopped(struct rig *rig, struct lum_view *view)
     struct lum_pass_stats stats;
     if (r->limit == 0.0)
         r->limit = STOP * lum_bench_median_of(rig->readings[FIRST].is, rig->readings[FIRST].n);
+    if (!(r->limit > 0.0)) /* nothing is known of a first frame */
+        return true;
     do {
         if (!pass(rig, view, &stats))
             return false;

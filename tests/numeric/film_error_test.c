@@ -68,7 +68,7 @@ static bool is_covered(const struct kind *k, struct lum_film *f, struct rng *rng
         square += (y - TRUTH) * (y - TRUTH) / N;
         light += y / N;
     }
-    struct lum_film_error said = lum_film_error(f);
+    struct lum_film_error said = k->spp > 1 ? lum_film_error(f) : lum_film_error_at_most(f);
     *inout_over += said.bound / (sqrt(square) / light) / DRAWS;
     return sqrt(square) / TRUTH <= said.bound;
 }
@@ -99,6 +99,45 @@ static void it_covers_any_noise(void **state)
             fail_msg("the error is covered in %u of %u draws", n_covered, DRAWS);
     }
     lum_film_finish(&f);
+}
+
+/* One sample, and pixels that are independent of each other: their halves lie side by side. */
+static void it_covers_a_single_sample(void **state)
+{
+    (void)state;
+    static double (*const noises[])(struct rng * r) = {gaussian, log_normal, pareto, firefly};
+    struct lum_film f;
+    assert_int_equal(lum_film_init(&f, W, H, NULL), LUM_OK);
+    assert_true(isnan(lum_film_error(&f).bound));
+    for (size_t k = 0; k < LUM_ARRAY_LEN(noises); k++) {
+        struct kind kind = {noises[k], 1, 0, 1};
+        struct rng rng = {.state = 11 + k};
+        uint32_t n_covered = 0;
+        double over = 0.0;
+        for (uint32_t draw = 0; draw < DRAWS; draw++)
+            n_covered += is_covered(&kind, &f, &rng, &over);
+        print_message("noise %zu, one sample: covered in %u of %d, bound over error %.2f\n", k, n_covered, DRAWS, over);
+        assert_true(n_covered >= SURE_SHARE * DRAWS);
+    }
+    lum_film_finish(&f);
+}
+
+/* Edges count as noise: stripes of 2 and 0, without any, are said to be off by a square of 2, with a last column that
+ * has no partner by 4 there. */
+static void edges_are_noise_to_a_single_sample(void **state)
+{
+    (void)state;
+    for (uint32_t w = 95; w <= 96; w++) {
+        struct lum_film f;
+        uint64_t bad = 0;
+        assert_int_equal(lum_film_init(&f, w, H, NULL), LUM_OK);
+        for (uint32_t i = 0; i < w * H; i++)
+            lum_film_add(&f, i % w, i / w, 0, lum_grey(i % w % 2 == 0 ? 2.0f : 0.0f), &bad);
+        double square = w == 95 ? (94.0 * 2.0 + 4.0) / 95.0 : 2.0, mean = w == 95 ? 96.0 / 95.0 : 1.0;
+        struct lum_film_error said = lum_film_error_at_most(&f);
+        assert_true(fabs(said.rel - sqrt(square) / mean) < 1e-6 && said.bound > said.rel);
+        lum_film_finish(&f);
+    }
 }
 
 /* Of n squares of 64 pixels each, with Gaussian noise that no two share, E[Y^2] = E[Y]^2 (1 + 2 / 64), and the bound is
@@ -227,6 +266,31 @@ static void it_covers_path_traced_pictures(void **state)
     pictures("office", 1.2);
 }
 
+/* A first sample says how far it is off, though no probe does: each pixel and that beside it are two draws. */
+static void it_covers_first_samples(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"cornell", "office"};
+    lum_thread_init_fp();
+    for (size_t k = 0; k < LUM_ARRAY_LEN(names); k++) {
+        struct scene s;
+        uint32_t n_covered = 0;
+        double over = 0.0;
+        scene_begin(&s, names[k]);
+        s.settings.error_share = 1e-9; /* no path for probes */
+        for (s.settings.seed = 0; s.settings.seed < SEEDS; s.settings.seed++) {
+            struct lum_pass_stats stats = pass(&s);
+            assert_true(stats.spp == 1 && isfinite(stats.error.bound) && isnan(stats.noise));
+            n_covered += error_of(&s) <= stats.error.bound;
+            over += stats.error.bound / error_of(&s) / SEEDS;
+        }
+        print_message("%s: covered in %u of %u first samples, bound over error %.2f\n", names[k], n_covered, SEEDS,
+                      over);
+        assert_true(n_covered >= SURE_SHARE * SEEDS);
+        scene_end(&s);
+    }
+}
+
 /* A floor, and a mirror that sends a lamp's light to it: paths find the lamp in the mirror by chance, one in a hundred,
  * and bring a hundred times what others do. What has been found is covered. (Of a lamp so small that no path has found
  * it yet nothing is known: film.h.) */
@@ -279,8 +343,11 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(it_covers_any_noise),
+        cmocka_unit_test(it_covers_a_single_sample),
+        cmocka_unit_test(edges_are_noise_to_a_single_sample),
         cmocka_unit_test(it_is_not_far_above_plain_noise),
         cmocka_unit_test(it_covers_path_traced_pictures),
+        cmocka_unit_test(it_covers_first_samples),
         cmocka_unit_test(it_covers_caustics_that_were_found),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
