@@ -16,6 +16,12 @@ void lum_team_gather_parts(struct lum_team *team, const void *mine, size_t part_
         team->heard_bytes += r != team->rank ? n_parts[r] * (uint64_t)part_bytes : 0;
 }
 
+void lum_team_broadcast(struct lum_team *team, void *inout, size_t bytes)
+{
+    team->kind->broadcast(team, inout, bytes);
+    team->heard_bytes += team->rank > 0 ? bytes : 0;
+}
+
 void lum_team_sum(struct lum_team *team, uint32_t *inout_numbers, size_t n)
 {
     team->kind->sum(team, inout_numbers, n);
@@ -45,9 +51,8 @@ void lum_team_finish(struct lum_team *team)
 
 double lum_team_agree(struct lum_team *team, double value)
 {
-    double *all = lum_team_room(team, LUM_TEAM_ACCOUNTS, team->size * sizeof *all);
-    lum_team_gather(team, &value, sizeof value, all);
-    return all[0];
+    lum_team_broadcast(team, &value, sizeof value);
+    return value;
 }
 
 void lum_team_compare(struct lum_team *team, uint64_t hash, const char *what)

@@ -21,6 +21,8 @@ struct lum_team_kind {
     /* The same of parts of as many bytes each, of which the member of rank r has n_parts[r]. */
     void (*gather_parts)(struct lum_team *team, const void *mine, size_t part_bytes, const uint32_t *n_parts,
                          void *ret_all);
+    /* All get what member 0 has. */
+    void (*broadcast)(struct lum_team *team, void *inout, size_t bytes);
     /* Each number becomes its sum over all members, modulo 2^32. */
     void (*sum)(struct lum_team *team, uint32_t *inout_numbers, size_t n);
     /* All end, with this message. Does not return. */
@@ -42,6 +44,7 @@ struct lum_team {
 void lum_team_gather(struct lum_team *team, const void *mine, size_t bytes, void *ret_all);
 void lum_team_gather_parts(struct lum_team *team, const void *mine, size_t part_bytes, const uint32_t *n_parts,
                            void *ret_all);
+void lum_team_broadcast(struct lum_team *team, void *inout, size_t bytes);
 void lum_team_sum(struct lum_team *team, uint32_t *inout_numbers, size_t n);
 
 /* Room for so many bytes; what is in it may be lost. Gives up where memory is short. */

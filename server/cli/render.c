@@ -19,12 +19,12 @@
 #include "server/cli/render_layers.h"
 #include "server/cli/render_options.h"
 #include "server/cli/render_team.h"
+#include "server/cli/team_scene.h"
 #include "server/director/caustic_notice.h"
 #include "server/farm/farm.h"
 #include "server/import/expand.h"
 #include "server/world/apply.h"
 #include "server/world/light_groups.h"
-#include "server/world/scene_source.h"
 
 #define EDITOR "(edits)"
 #define DEFAULT_SPP 64u /* an eighth of the noise of one; more is asked for by --spp, --time or --error */
@@ -32,8 +32,8 @@
 struct batch {
     struct lum_render_options options;
     struct lum_team *team; /* ranks that render with this one; NULL: there are none */
-    uint64_t heard_bytes;  /* from them, up to the last frame */
-    bool quiet;            /* another rank writes the files, and what there is to tell */
+    struct lum_render_told told;
+    bool quiet; /* another rank writes the files, and what there is to tell */
     struct lum_import_config import;
     struct lum_world world;
     struct lum_ops edits;
@@ -465,7 +465,7 @@ static bool render_frame(struct batch *b, uint32_t frame, struct lum_proto_error
     if (!ok || !b->frames)
         return ok;
     cJSON *stats = lum_frame_stats_json(&b->frame_stats);
-    bool told = lum_render_add_team(stats, b->team, &b->heard_bytes);
+    bool told = lum_render_add_heard(stats, b->team, &b->told);
     return (lum_json_add(b->frames, NULL, stats) && told) || lum_proto_fail_memory(err);
 }
 
@@ -483,7 +483,8 @@ static cJSON *stats_json(struct batch *b)
                                 .setup_ms = b->setup_ms};
     cJSON *json = lum_run_stats_json(&run), *frames = b->frames;
     b->frames = NULL;
-    if (lum_json_add(json, "frames", frames))
+    bool told = lum_render_add_told(json, b->team, &b->told);
+    if (lum_json_add(json, "frames", frames) && told)
         return json;
     cJSON_Delete(json);
     return NULL;
@@ -518,12 +519,12 @@ static bool set_up(struct batch *b, struct lum_proto_error *err)
         return core_failed(&e, err);
     b->world.deterministic = o->deterministic || b->team; /* what each rank does must not depend on who is faster */
     b->reading = o->scene;
-    if (!lum_scene_load(&b->world, o->scene, &b->import, err))
+    if (!lum_team_scene_load(b->team, &b->world, o->scene, &b->import, &b->told.scene_bytes, err))
         return false;
     if (b->team && !lum_render_compare_scenes(b->team, &b->world, err))
         return false;
     b->reading = o->edits;
-    if (o->edits && !lum_edits_load(o->edits, &b->edits, err))
+    if (o->edits && !lum_team_edits_load(b->team, o->edits, &b->edits, &b->told.edits_bytes, err))
         return false;
     b->reading = NULL;
     if (lum_view_create(b->world.pool, &b->view, &e))

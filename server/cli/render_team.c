@@ -17,15 +17,25 @@ double lum_render_spent_ms(struct lum_team *team, int64_t start_ns, struct lum_p
     return lum_team_agree(team, spent_ms);
 }
 
-bool lum_render_add_team(struct cJSON *frame, struct lum_team *team, uint64_t *inout_heard_bytes)
+bool lum_render_add_told(struct cJSON *run, const struct lum_team *team, const struct lum_render_told *told)
 {
     if (!team)
-        return frame != NULL;
+        return true;
     cJSON *o = cJSON_CreateObject();
-    lum_json_add_number(o, "ranks", team->size);
-    lum_json_add_number(o, "heard_bytes", (double)(team->heard_bytes - *inout_heard_bytes));
-    *inout_heard_bytes = team->heard_bytes;
-    return lum_json_add(frame, "team", o);
+    bool ok = lum_json_add_number(o, "ranks", team->size) &&
+              lum_json_add_number(o, "scene_bytes", (double)told->scene_bytes) &&
+              lum_json_add_number(o, "edits_bytes", (double)told->edits_bytes);
+    return lum_json_add(run, "team", o) && ok;
+}
+
+bool lum_render_add_heard(struct cJSON *frame, const struct lum_team *team, struct lum_render_told *inout_told)
+{
+    if (!team)
+        return true;
+    cJSON *o = cJSON_CreateObject();
+    bool ok = lum_json_add_number(o, "heard_bytes", (double)(team->heard_bytes - inout_told->heard_bytes));
+    inout_told->heard_bytes = team->heard_bytes;
+    return lum_json_add(frame, "team", o) && ok;
 }
 
 /* FNV-1a, of words. */

@@ -74,7 +74,16 @@ static void gather_parts(struct lum_team *team, const void *mine, size_t part_by
     MPI_Type_free(&part);
 }
 
+#define BYTES_AT_ONCE ((size_t)1 << 30) /* counts are of int */
 #define SUM_AT_ONCE ((size_t)1 << 24)
+
+static void broadcast(struct lum_team *team, void *inout, size_t bytes)
+{
+    (void)team;
+    for (size_t at = 0; at < bytes; at += BYTES_AT_ONCE)
+        MPI_Bcast((unsigned char *)inout + at, (int)(bytes - at < BYTES_AT_ONCE ? bytes - at : BYTES_AT_ONCE), MPI_BYTE,
+                  0, MPI_COMM_WORLD);
+}
 
 static void sum(struct lum_team *team, uint32_t *inout_numbers, size_t n)
 {
@@ -92,7 +101,7 @@ static void give_up(struct lum_team *team, const char *why)
     abort();
 }
 
-static const struct lum_team_kind over_mpi = {begin, take, gather, gather_parts, sum, give_up};
+static const struct lum_team_kind over_mpi = {begin, take, gather, gather_parts, broadcast, sum, give_up};
 
 /* As Open MPI, MPICH and those that follow them, and Slurm tell those whom they start. */
 static bool is_started_by_mpirun(void)

@@ -63,6 +63,16 @@ static void gather(struct lum_team *team, const void *mine, size_t bytes, void *
     gather_parts(team, mine, bytes, one, ret_all);
 }
 
+static void broadcast(struct lum_team *team, void *inout, size_t bytes)
+{
+    struct crew *crew = crew_of(team);
+    crew->said[team->rank] = inout;
+    meet(team);
+    if (team->rank > 0)
+        memcpy(inout, crew->said[0], bytes);
+    meet(team);
+}
+
 static void sum(struct lum_team *team, uint32_t *inout_numbers, size_t n)
 {
     struct crew *crew = crew_of(team);
@@ -85,7 +95,7 @@ static void give_up(struct lum_team *team, const char *why)
     abort();
 }
 
-static const struct lum_team_kind kind = {begin, take, gather, gather_parts, sum, give_up};
+static const struct lum_team_kind kind = {begin, take, gather, gather_parts, broadcast, sum, give_up};
 
 static void *work(void *arg)
 {
