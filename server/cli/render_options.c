@@ -10,6 +10,7 @@
 #include "server/base/suggest.h"
 #include "server/cli/help.h"
 #include "server/cli/option.h"
+#include "server/farm/farm.h"
 #include "server/stream/overlay.h"
 #include "server/world/apply.h"
 
@@ -339,6 +340,20 @@ enum lum_status lum_render_options_parse(int argc, char **argv, struct lum_rende
     return st;
 }
 
+static void put_ranks(const struct lum_help *h)
+{
+    char mpi[LUM_FARM_VERSION_BYTES], text[LUM_FARM_VERSION_BYTES + 256];
+    lum_farm_version(mpi);
+    if (!mpi[0])
+        return; /* built without */
+    snprintf(text, sizeof text,
+             "Ranks that one mpirun starts make a picture together (%s), the same as --deterministic makes: the first\n"
+             "reads the scene and writes the files. One for each machine, with all its threads:\n"
+             "mpirun --map-by ppr:1:node --bind-to none lumend render --scene office --out office.exr\n",
+             mpi);
+    lum_help_text(h, text);
+}
+
 void lum_help_render(const struct lum_help *h)
 {
     char effects[512] = "effects:";
@@ -349,6 +364,7 @@ void lum_help_render(const struct lum_help *h)
         n += (size_t)snprintf(effects + n, sizeof effects - n, " %s%s", lum_effect_names[e],
                               e + 1 < LUM_EFFECT_COUNT ? "," : "\n");
     lum_help_text(h, effects);
+    put_ranks(h);
 }
 
 bool lum_render_frame_path(const char *out, uint32_t frame, char *ret_path, size_t n_path)

@@ -1,5 +1,5 @@
 """Ranks of one thread each against threads of one process, by turns: the time of a frame and the CPU time of both, and what ranks tell
-each other.
+each other. Who waits for another yields (Open MPI spins otherwise), since the cores may have other work.
 
 usage: ranks.py LUMEND MPIRUN [--rounds N] [--ranks N] [--size WxH] [--spp N] [SCENE:METHOD...]
 """
@@ -11,7 +11,8 @@ import statistics
 import subprocess
 import tempfile
 
-ENVIRONMENT = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+ENVIRONMENT = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+               "OMPI_MCA_mpi_yield_when_idle": "1"}
 
 
 def measure(command, stats):
