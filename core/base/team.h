@@ -31,7 +31,7 @@ struct lum_team_kind {
 
 #define LUM_TEAM_MAX 4096u /* members */
 
-enum lum_team_room { LUM_TEAM_MINE, LUM_TEAM_ALL, LUM_TEAM_ACCOUNTS, LUM_TEAM_ROOMS };
+enum lum_team_room { LUM_TEAM_MINE, LUM_TEAM_ALL, LUM_TEAM_ACCOUNTS, LUM_TEAM_INDEX, LUM_TEAM_ROOMS };
 
 struct lum_team {
     const struct lum_team_kind *kind;

@@ -8,10 +8,10 @@
 
 struct lum_shared_loop {
     uint32_t n;
-    size_t bytes; /* that a job leaves */
-    /* Does a job, and leaves in `left` (zeroed, or of a loop before) what others need to have it, too. NULL: there are
-     * none. Thread: a worker. */
-    void (*make)(void *ctx, uint32_t job, void *left, struct lum_counters *counters);
+    size_t bytes; /* that a job leaves at most */
+    /* Does a job, and leaves in `left` what others need to have it, too: returns how many bytes. NULL: there are none.
+     * Thread: a worker. */
+    size_t (*make)(void *ctx, uint32_t job, void *left, struct lum_counters *counters);
     /* Of a job that another did. Thread: a worker, which it is told. */
     void (*take_over)(void *ctx, uint32_t job, const void *left, uint32_t worker);
     void *ctx;

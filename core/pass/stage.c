@@ -79,10 +79,11 @@ struct stage_job {
     const struct lum_estimator *stage;
 };
 
-static void share_tile(void *ctx, uint32_t tile, void *left, struct lum_counters *counters)
+static size_t share_tile(void *ctx, uint32_t tile, void *left, struct lum_counters *counters)
 {
     const struct stage_job *job = ctx;
     job->stage->share->make(job->pass, tile, left, counters);
+    return job->stage->share->bytes(job->pass);
 }
 
 static void take_tile_over(void *ctx, uint32_t tile, const void *left, uint32_t worker)

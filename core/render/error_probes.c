@@ -219,7 +219,7 @@ static uint32_t n_pairs(const struct tracing *t, uint32_t job)
 }
 
 /* Those of a probe that are first in their pair are a sequence, the others another one: that spreads each well. */
-static void trace_job(void *ctx, uint32_t job, void *left, struct lum_counters *counters)
+static size_t trace_job(void *ctx, uint32_t job, void *left, struct lum_counters *counters)
 {
     const struct tracing *t = ctx;
     const struct lum_pass *pass = t->pass;
@@ -248,6 +248,7 @@ static void trace_job(void *ctx, uint32_t job, void *left, struct lum_counters *
     }
     if (left)
         memcpy(left, pairs, n * sizeof *pairs);
+    return n * sizeof *pairs;
 }
 
 static void take_pairs_over(void *ctx, uint32_t job, const void *left, uint32_t worker)

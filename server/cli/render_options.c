@@ -342,16 +342,15 @@ enum lum_status lum_render_options_parse(int argc, char **argv, struct lum_rende
 
 static void put_ranks(const struct lum_help *h)
 {
-    char mpi[LUM_FARM_VERSION_BYTES], text[LUM_FARM_VERSION_BYTES + 256];
+    char mpi[LUM_FARM_VERSION_BYTES], text[sizeof mpi + 128];
     lum_farm_version(mpi);
     if (!mpi[0])
         return; /* built without */
-    snprintf(text, sizeof text,
-             "Ranks that one mpirun starts make a picture together (%s), the same as --deterministic makes: the first\n"
-             "reads the scene and writes the files. One for each machine, with all its threads:\n"
-             "mpirun --map-by ppr:1:node --bind-to none lumend render --scene office --out office.exr\n",
-             mpi);
+    lum_help_text(
+        h, "Ranks that one mpirun starts make the pictures together, the same that --deterministic makes: the\n");
+    snprintf(text, sizeof text, "first reads the scene and writes the files. With %s, one for each machine:\n", mpi);
     lum_help_text(h, text);
+    lum_help_text(h, "mpirun --map-by ppr:1:node --bind-to none lumend render --scene office --out office.exr\n");
 }
 
 void lum_help_render(const struct lum_help *h)

@@ -174,31 +174,32 @@ static uint32_t chunk_length(const struct run *run, uint32_t chunk)
     return n < size ? n : size;
 }
 
-/* What others get of a record: whether it is still there, and all of it but what the store has in it. */
-struct told {
-    uint64_t held;
-    unsigned char bytes[];
-};
-
+/* What others get of a record: whether it is still there, and if it is, all of it. */
 static size_t told_bytes(const struct run *run)
 {
-    return sizeof(struct told) + lum_cache_record_bytes(run->cache);
-}
-
-static struct told *told_at(const struct run *run, const void *left, uint32_t i)
-{
-    return (struct told *)(void *)((unsigned char *)left + i * told_bytes(run));
+    return sizeof(uint64_t) + lum_cache_told_bytes(run->cache);
 }
 
 /* A refresh may have removed it; new ones are private until they are inserted. */
-static void tell(const struct run *run, const struct lum_cache_record *r, struct told *told)
+static size_t tell(const struct run *run, struct lum_cache_record *r, unsigned char *at)
 {
-    told->held = run->make == run->cache->key.kind->build || lum_store_holds(r);
-    memcpy(told->bytes, r, offsetof(struct lum_cache_record, state));
-    memcpy(told->bytes + sizeof *r, r + 1, lum_cache_record_bytes(run->cache) - sizeof *r);
+    uint64_t held = run->make == run->cache->key.kind->build || lum_store_holds(r);
+    memcpy(at, &held, sizeof held);
+    return sizeof held + (held ? lum_cache_tell(run->cache, r, at + sizeof held) : 0);
 }
 
-static void make_chunk(void *ctx, uint32_t chunk, void *left, struct lum_counters *counters)
+static size_t hear(const struct run *run, struct lum_cache_record *r, const unsigned char *at, uint32_t worker)
+{
+    uint64_t held;
+    memcpy(&held, at, sizeof held);
+    if (held)
+        return sizeof held + lum_cache_hear(run->cache, r, at + sizeof held);
+    if (lum_store_remove(run->cache->store, worker, r))
+        atomic_fetch_add_explicit(&run->cache->removed, 1, memory_order_relaxed);
+    return sizeof held;
+}
+
+static size_t make_chunk(void *ctx, uint32_t chunk, void *left, struct lum_counters *counters)
 {
     const struct run *run = ctx;
     struct lum_cache_record **records = run->memory->batch + chunk * chunk_size(run);
@@ -213,22 +214,19 @@ static void make_chunk(void *ctx, uint32_t chunk, void *left, struct lum_counter
         .worker = counters->worker,
         .counters = counters,
     });
+    size_t n_bytes = 0;
     for (uint32_t i = 0; left && i < n; i++)
-        tell(run, records[i], told_at(run, left, i));
+        n_bytes += tell(run, records[i], (unsigned char *)left + n_bytes);
+    return n_bytes;
 }
 
 static void take_chunk_over(void *ctx, uint32_t chunk, const void *left, uint32_t worker)
 {
     const struct run *run = ctx;
     struct lum_cache_record **records = run->memory->batch + chunk * chunk_size(run);
-    for (uint32_t i = 0; i < chunk_length(run, chunk); i++) {
-        const struct told *told = told_at(run, left, i);
-        struct lum_cache_record *r = records[i];
-        memcpy(r, told->bytes, offsetof(struct lum_cache_record, state));
-        memcpy(r + 1, told->bytes + sizeof *r, lum_cache_record_bytes(run->cache) - sizeof *r);
-        if (!told->held && lum_store_remove(run->cache->store, worker, r))
-            atomic_fetch_add_explicit(&run->cache->removed, 1, memory_order_relaxed);
-    }
+    const unsigned char *at = left;
+    for (uint32_t i = 0; i < chunk_length(run, chunk); i++)
+        at += hear(run, records[i], at, worker);
 }
 
 /* The batch, by all workers, and by all members of a team. */
