@@ -35,7 +35,7 @@ LAYERS = {
         "render",
     ],
     "protocol": ["base", "json", "message", "record", "op", "document"],
-    "server": ["base", "import", "importer", "stream", "journal", "project", "desk", "world", "report", "director", "net", "cli"],
+    "server": ["base", "farm", "import", "importer", "stream", "journal", "project", "desk", "world", "report", "director", "net", "cli"],
 }
 # the same of the browser client, whose rooms are in clients/web/src
 WEB_LAYERS = ["lib", "protocol", "view", "state", "ui"]
@@ -63,6 +63,7 @@ ONLY_IN = {
     r"turbojpeg\.h|spng\.h|zlib\.h": r"server/|clients/|tests/",
     r"openssl/": r"server/journal/|server/net/people\.c|server/net/tls(_pair|_ask)?\.[ch]|tests/unit/",
     r"assimp/|meshoptimizer\.h|seccomp\.h": r"server/importer/",
+    r"mpi\.h": r"server/farm/farm_mpi\.c",
     r"sys/socket\.h|netinet/|arpa/": r"server/|clients/|tests/",
 }
 # static library -> symbols it must not need

@@ -65,9 +65,14 @@ static bool keeps_left(const struct lum_cache *cache)
     return cache->key.panes && cache->key.kind->left;
 }
 
+size_t lum_cache_bytes_of_kind(const struct lum_cache *cache)
+{
+    return cache->key.kind->record_bytes(n_slots(cache));
+}
+
 size_t lum_cache_record_bytes(const struct lum_cache *cache)
 {
-    size_t bytes = cache->key.kind->record_bytes(n_slots(cache));
+    size_t bytes = lum_cache_bytes_of_kind(cache);
     if (keeps_left(cache))
         bytes += ((n_slots(cache) + 15u) & ~15u) * sizeof(uint32_t);
     return bytes;
@@ -77,7 +82,7 @@ uint32_t *lum_cache_left(const struct lum_cache *cache, struct lum_cache_record 
 {
     if (!keeps_left(cache))
         return NULL;
-    return (uint32_t *)(void *)((char *)record + cache->key.kind->record_bytes(n_slots(cache)));
+    return (uint32_t *)(void *)((char *)record + lum_cache_bytes_of_kind(cache));
 }
 
 static void destroy_entry(struct entry *e)

@@ -67,10 +67,17 @@ static inline float lum_cache_footprint(float pixel, struct lum_vec3 eye, struct
     return pixel * lum_length(lum_v3_sub(p, eye));
 }
 
-/* A record, and what follows it. */
+/* A record, and what follows it; as its kind has it, without what lum_cache_left says. */
 size_t lum_cache_record_bytes(const struct lum_cache *cache);
+size_t lum_cache_bytes_of_kind(const struct lum_cache *cache);
 /* By VPL that the record sees: what panes leave of its light (lum_transmittance_pack). NULL: there are none. */
 uint32_t *lum_cache_left(const struct lum_cache *cache, struct lum_cache_record *record);
+
+/* All of a record that another cache of the same scene needs to have it, too; at most lum_cache_told_bytes, a multiple
+ * of 8. Both return how many bytes it is. Thread: one for each record. */
+size_t lum_cache_told_bytes(const struct lum_cache *cache);
+size_t lum_cache_tell(const struct lum_cache *cache, struct lum_cache_record *record, void *ret_told);
+size_t lum_cache_hear(const struct lum_cache *cache, struct lum_cache_record *record, const void *told);
 
 /* Records of a cache take at most this. */
 #define LUM_CACHE_BYTES ((size_t)512 << 20)

@@ -42,6 +42,8 @@ struct lum_cache_kind {
     bool lasting;   /* false: forgets all records whenever the scene changes (`ic`, `irrcache`) */
     size_t (*record_bytes)(uint32_t n_vpls);
     bool left; /* keeps what panes leave on the way to each VPL, where there are any (lum_cache_left) */
+    /* Bits of those that it sees: what is kept of others is never read. NULL: of all it may be. */
+    const uint64_t *(*sees)(const struct lum_cache_record *record);
     /* Fills new records whose p, n, ng and object are set: radius, irradiance, gradient, and all that is its own.
      * Thread: any worker. */
     void (*build)(const struct lum_cache_job *job);

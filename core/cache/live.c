@@ -81,6 +81,11 @@ static struct live_record *live_of(struct lum_cache_record *record)
     return (struct live_record *)(void *)record;
 }
 
+static const uint64_t *sees(const struct lum_cache_record *record)
+{
+    return ((const struct live_record *)(const void *)record)->bits;
+}
+
 static struct lum_receiver receiver_of(const struct lum_cache_record *r)
 {
     return (struct lum_receiver){r->p, r->n, r->ng};
@@ -393,6 +398,7 @@ const struct lum_cache_kind lum_cache_live = {
     .lasting = true,
     .record_bytes = record_bytes,
     .left = true,
+    .sees = sees,
     .build = build,
     .refresh = refresh,
     .change = change,

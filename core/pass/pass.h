@@ -19,6 +19,8 @@ struct lum_records;
 struct lum_path_guide;
 struct lum_portals;
 struct lum_effect_noise;
+struct lum_team;
+struct lum_tile_share;
 
 /* One pass. Estimators read it, and write only what belongs to their tile and their worker. */
 struct lum_pass {
@@ -78,6 +80,7 @@ struct lum_stage_runner {
     struct lum_counters *counters; /* by worker */
     const _Atomic bool *cancel;
     struct lum_pass_stats *stats;
+    struct lum_team *team; /* NULL: there are no others. With one what is shared is not cancelled */
 };
 
 /* How direct light on what the eye sees is kept, light by light (effect/direct/layers.h). */
@@ -94,6 +97,7 @@ struct lum_estimator {
     void (*prepare)(struct lum_pass *pass);     /* before all stages: what others have to know of it. NULL: nothing */
     void (*begin)(const struct lum_pass *pass); /* once before its tiles, on the calling thread; NULL: nothing to do */
     void (*tile)(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters);
+    const struct lum_tile_share *share; /* share.h. NULL: each member of a team makes all tiles */
     /* In place of begin and tile: all of it, on the calling thread; may fill in members of the pass for later stages.
      */
     enum lum_status (*run)(struct lum_pass *pass, const struct lum_stage_runner *runner, struct lum_error *err);
@@ -112,8 +116,8 @@ enum lum_status lum_stage_run(const struct lum_stage_runner *runner, const struc
                               const struct lum_estimator *stage);
 
 /* A parallel loop within a stage that has a `run` of its own. Rays and time are counted by effect. */
-enum lum_status lum_stage_loop(const struct lum_stage_runner *runner, uint32_t n,
-                               void (*fn)(void *ctx, uint32_t job, struct lum_counters *counters), void *ctx);
+typedef void (*lum_stage_fn)(void *ctx, uint32_t job, struct lum_counters *counters);
+enum lum_status lum_stage_loop(const struct lum_stage_runner *runner, uint32_t n, lum_stage_fn fn, void *ctx);
 
 /* Of the ray through the centre of pixel (x, y). */
 static inline struct lum_vec3 lum_center_direction(const struct lum_pass *pass, uint32_t x, uint32_t y)

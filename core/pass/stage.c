@@ -2,14 +2,13 @@
 #include <assert.h>
 #include <string.h>
 
-#include "core/base/pool.h"
-#include "core/pass/pass.h"
+#include "core/pass/share.h"
 
 #define TEXT(NAME, name) #name,
 const char *const lum_stage_names[LUM_STAGE_COUNT] = {LUM_STAGES(TEXT)};
 
 struct loop {
-    void (*fn)(void *ctx, uint32_t job, struct lum_counters *counters);
+    lum_stage_fn fn;
     void *ctx;
     struct lum_counters *counters;
 };
@@ -22,14 +21,18 @@ static void count_tile(struct lum_counters *c, const uint64_t before[LUM_RAY_KIN
     }
 }
 
+void lum_stage_job(lum_stage_fn fn, void *ctx, uint32_t job, struct lum_counters *counters)
+{
+    uint64_t before[LUM_RAY_KIND_COUNT];
+    memcpy(before, counters->rays, sizeof before);
+    fn(ctx, job, counters);
+    count_tile(counters, before);
+}
+
 static void run_job(void *ctx, uint32_t job, uint32_t worker)
 {
     const struct loop *loop = ctx;
-    struct lum_counters *c = &loop->counters[worker];
-    uint64_t before[LUM_RAY_KIND_COUNT];
-    memcpy(before, c->rays, sizeof before);
-    loop->fn(loop->ctx, job, c);
-    count_tile(c, before);
+    lum_stage_job(loop->fn, loop->ctx, job, &loop->counters[worker]);
 }
 
 static void sum_rays(const struct lum_stage_runner *runner, uint64_t ret_rays[LUM_RAY_KIND_COUNT])
@@ -55,22 +58,40 @@ static void share_time(const struct lum_stage_runner *runner, const uint64_t bef
     }
 }
 
-enum lum_status lum_stage_loop(const struct lum_stage_runner *runner, uint32_t n,
-                               void (*fn)(void *ctx, uint32_t job, struct lum_counters *counters), void *ctx)
+enum lum_status lum_stage_timed(const struct lum_stage_runner *runner, uint32_t n, lum_job_fn fn, void *ctx)
 {
-    struct loop loop = {fn, ctx, runner->counters};
     uint64_t before[LUM_RAY_KIND_COUNT];
     sum_rays(runner, before);
     int64_t begin_ns = lum_pool_cpu_ns(runner->pool);
-    enum lum_status status = lum_pool_run(runner->pool, n, run_job, &loop, runner->cancel);
+    enum lum_status status = lum_pool_run(runner->pool, n, fn, ctx, runner->cancel);
     share_time(runner, before, lum_pool_cpu_ns(runner->pool) - begin_ns);
     return status;
+}
+
+enum lum_status lum_stage_loop(const struct lum_stage_runner *runner, uint32_t n, lum_stage_fn fn, void *ctx)
+{
+    struct loop loop = {fn, ctx, runner->counters};
+    return lum_stage_timed(runner, n, run_job, &loop);
 }
 
 struct stage_job {
     const struct lum_pass *pass;
     const struct lum_estimator *stage;
 };
+
+static size_t share_tile(void *ctx, uint32_t tile, void *left, struct lum_counters *counters)
+{
+    const struct stage_job *job = ctx;
+    job->stage->share->make(job->pass, tile, left, counters);
+    return job->stage->share->bytes(job->pass);
+}
+
+static void take_tile_over(void *ctx, uint32_t tile, const void *left, uint32_t worker)
+{
+    (void)worker;
+    const struct stage_job *job = ctx;
+    job->stage->share->take_over(job->pass, tile, left);
+}
 
 static void run_tile(void *ctx, uint32_t tile, struct lum_counters *counters)
 {
@@ -86,7 +107,12 @@ enum lum_status lum_stage_run(const struct lum_stage_runner *runner, const struc
     if (stage->begin)
         stage->begin(pass);
     uint32_t n = stage->cells ? pass->cells.n : pass->tiling.n;
-    enum lum_status status = lum_stage_loop(runner, n, run_tile, &job);
+    enum lum_status status;
+    if (runner->team && stage->share)
+        status = lum_stage_share(
+            runner, &(struct lum_shared_loop){n, stage->share->bytes(pass), share_tile, take_tile_over, &job});
+    else
+        status = lum_stage_loop(runner, n, run_tile, &job);
     runner->stats->stage_ms[stage->stage] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
     return status;
 }

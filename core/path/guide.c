@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "core/base/team.h"
+
 #define FACES 6u   /* which way a surface looks, by the largest component of its normal: a tree for each */
 #define BLOCK 128u /* cells that are allocated together */
 
@@ -177,6 +179,41 @@ static bool start(struct lum_path_guide *g, const struct lum_guided_pass *pass)
     return true;
 }
 
+/* ---- a team ---- */
+
+/* All get what all have heard. */
+static void join_heard(struct lum_path_guide *g, struct lum_team *team)
+{
+    const size_t n = LUM_PATH_GUIDE_BINS + 1;
+    uint32_t *numbers = lum_team_room(team, LUM_TEAM_ALL, g->n_cells * n * sizeof *numbers);
+    for (uint32_t i = 0; i < g->n_cells; i++) {
+        struct memory *m = memory_at(g, i);
+        for (uint32_t b = 0; b < LUM_PATH_GUIDE_BINS; b++)
+            numbers[i * n + b] = atomic_load_explicit(&m->heard[b], memory_order_relaxed);
+        numbers[i * n + LUM_PATH_GUIDE_BINS] = atomic_load_explicit(&m->n_heard, memory_order_relaxed);
+    }
+    lum_team_sum(team, numbers, g->n_cells * n);
+    for (uint32_t i = 0; i < g->n_cells; i++) {
+        struct memory *m = memory_at(g, i);
+        for (uint32_t b = 0; b < LUM_PATH_GUIDE_BINS; b++)
+            atomic_store_explicit(&m->heard[b], numbers[i * n + b], memory_order_relaxed);
+        atomic_store_explicit(&m->n_heard, numbers[i * n + LUM_PATH_GUIDE_BINS], memory_order_relaxed);
+    }
+}
+
+/* Likewise of what was saved. */
+static void join_savings(struct lum_team *team, int64_t *inout_spread, int64_t *inout_saved)
+{
+    int64_t mine[2] = {*inout_spread, *inout_saved};
+    int64_t(*all)[2] = lum_team_room(team, LUM_TEAM_ACCOUNTS, team->size * sizeof *all);
+    lum_team_gather(team, mine, sizeof mine, all);
+    *inout_spread = *inout_saved = 0;
+    for (uint32_t r = 0; r < team->size; r++) {
+        *inout_spread += all[r][0];
+        *inout_saved += all[r][1];
+    }
+}
+
 /* ---- from what was heard to densities ---- */
 
 /* Half of a bin, and half of the square of four that it is in: what few have told is uncertain. */
@@ -255,10 +292,12 @@ static bool is_due(uint32_t sample)
     return sample == 2 || sample == 3;
 }
 
-static bool pays(struct lum_path_guide *g, uint32_t sample)
+static bool pays(struct lum_path_guide *g, uint32_t sample, struct lum_team *team)
 {
     int64_t spread = atomic_exchange_explicit(&g->spread, 0, memory_order_relaxed);
     int64_t saved = atomic_exchange_explicit(&g->saved, 0, memory_order_relaxed);
+    if (team)
+        join_savings(team, &spread, &saved);
     return sample < TRIAL_ENDS ||
            (double)(spread + saved) >= (sample == TRIAL_ENDS ? PAYS_AFTER_TRIAL : PAYS) * (double)spread;
 }
@@ -276,7 +315,10 @@ bool lum_path_guide_begin(struct lum_path_guide *g, const struct lum_guided_pass
         atomic_store(&g->spread, 0);
         atomic_store(&g->saved, 0);
     } else if (sample != g->sample && g->usable && is_due(sample)) {
-        if (pays(g, sample))
+        bool kept = pays(g, sample, pass->team);
+        if (kept && pass->team)
+            join_heard(g, pass->team);
+        if (kept)
             make_densities(g, pool);
         else
             drop(g);

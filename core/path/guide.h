@@ -86,6 +86,8 @@ struct lum_path_guide_notes {
 struct lum_path_guide *lum_path_guide_create(void);
 void lum_path_guide_destroy(struct lum_path_guide *guide); /* accepts NULL */
 
+struct lum_team;
+
 /* A pass of samples, one of every pixel. */
 struct lum_guided_pass {
     const struct lum_snapshot *snapshot;
@@ -94,6 +96,7 @@ struct lum_guided_pass {
     bool allowed; /* indirect light is shown, and no kind of light is left out: which lobe a path goes on by decides
                    * which lights it may find, so that how often it is the diffuse one must not change with what was
                    * learned */
+    struct lum_team *team; /* that shares the samples, and what is heard from them; NULL: there are no others */
 };
 /* Before each pass, and the rest of one that was cut short. False: nothing guides or learns. Thread: the director. */
 bool lum_path_guide_begin(struct lum_path_guide *guide, const struct lum_guided_pass *pass, struct lum_pool *pool);

@@ -2,8 +2,8 @@
 
 #include <string.h>
 
-#include "core/base/pool.h"
 #include "core/math/sampler.h"
+#include "core/pass/share.h"
 #include "core/path/wave.h"
 #include "core/render/error_places.h"
 
@@ -135,15 +135,21 @@ struct tracing {
     uint32_t seed, n;
 };
 
+static uint32_t n_pairs(const struct tracing *t, uint32_t job)
+{
+    uint32_t rest = t->n - job * JOB_PAIRS;
+    return rest < JOB_PAIRS ? rest : JOB_PAIRS;
+}
+
 /* Those of a probe that are first in their pair are a sequence, the others another one: that spreads each well. */
-static void trace_job(void *ctx, uint32_t job, uint32_t worker)
+static size_t trace_job(void *ctx, uint32_t job, void *left, struct lum_counters *counters)
 {
     const struct tracing *t = ctx;
     const struct lum_pass *pass = t->pass;
-    uint32_t first = job * JOB_PAIRS, n = t->n - first < JOB_PAIRS ? t->n - first : JOB_PAIRS;
-    struct pair *pairs = t->p->batch + first;
+    uint32_t n = n_pairs(t, job);
+    struct pair *pairs = t->p->batch + job * JOB_PAIRS;
     struct lum_wave w;
-    lum_wave_begin(&w, pass->snapshot, &t->p->counters[worker], pass->settings->max_depth, lum_pass_effects_off(pass));
+    lum_wave_begin(&w, pass->snapshot, counters, pass->settings->max_depth, lum_pass_effects_off(pass));
     w.illuminance = pass->settings->illuminance;
     w.portals = pass->portals;
     for (uint32_t i = 0; i < 2 * n; i++) {
@@ -161,8 +167,18 @@ static void trace_job(void *ctx, uint32_t job, uint32_t worker)
         pairs[i].y[1] = lum_luminance(w.radiance[2 * i + 1]);
         pairs[i].traced = true;
         pairs[i].sound = isfinite(pairs[i].y[0]) && isfinite(pairs[i].y[1]);
-        t->p->counters[worker].nonfinite += !pairs[i].sound;
+        counters->nonfinite += !pairs[i].sound;
     }
+    if (left)
+        memcpy(left, pairs, n * sizeof *pairs);
+    return n * sizeof *pairs;
+}
+
+static void take_pairs_over(void *ctx, uint32_t job, const void *left, uint32_t worker)
+{
+    (void)worker;
+    const struct tracing *t = ctx;
+    memcpy(t->p->batch + job * JOB_PAIRS, left, n_pairs(t, job) * sizeof(struct pair));
 }
 
 /* In the order of pairs, so that sums do not depend on threads. */
@@ -221,8 +237,11 @@ enum lum_status lum_error_probes_trace(struct lum_error_probes *p, const struct 
         return LUM_ERR_NOMEM;
     memset(p->counters, 0, lum_pool_size(runner->pool) * sizeof *p->counters);
     struct tracing tracing = {p, pass, seed, n};
-    enum lum_status status =
-        lum_pool_run(runner->pool, (n + JOB_PAIRS - 1) / JOB_PAIRS, trace_job, &tracing, runner->cancel);
+    struct lum_stage_runner apart = *runner;
+    apart.counters = p->counters;
+    const struct lum_shared_loop loop = {(n + JOB_PAIRS - 1) / JOB_PAIRS, JOB_PAIRS * sizeof(struct pair), trace_job,
+                                         take_pairs_over, &tracing};
+    enum lum_status status = lum_stage_share(&apart, &loop);
     take(p, n, runner);
     return status;
 }

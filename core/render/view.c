@@ -75,6 +75,11 @@ void lum_view_share(struct lum_view *view, struct lum_caches *caches)
     view->deferred.caches = caches;
 }
 
+void lum_view_join(struct lum_view *view, struct lum_team *team)
+{
+    view->team = team;
+}
+
 void lum_view_forget(struct lum_view *view)
 {
     lum_deferred_forget(&view->deferred);
@@ -237,7 +242,7 @@ static enum lum_status run_samples(struct lum_view *v, struct lum_pass *pass, co
     if (!v->guide && pass->target_spp > 1)
         v->guide = lum_path_guide_create();
     struct lum_guided_pass guided = {pass->snapshot, pass->film, pass->target_spp - 1,
-                                     pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] && shows_every_light(v, pass)};
+                                     pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] && shows_every_light(v, pass), v->team};
     pass->portals = find_portals(v, pass);
     pass->guide = v->guide && lum_path_guide_begin(v->guide, &guided, v->pool) ? v->guide : NULL;
     runner->stats->stage_ms[LUM_STAGE_PATH] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
@@ -447,7 +452,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
         stats.served[e] = settings->method->serves[e] != NULL;
     stats.cache.records = n_records(view, settings->method);
     stats.n_vpls = settings->method->progressive ? 0 : view->deferred.n_vpls;
-    struct lum_stage_runner runner = {view->pool, view->counters, cancel, &stats};
+    struct lum_stage_runner runner = {view->pool, view->counters, cancel, &stats, view->team};
     const struct lum_method *method = settings->method;
     uint32_t spp = view_spp(view, method), max_spp = method->progressive || method->refines ? settings->max_spp : 1;
     bool owed = method->refines && spp > 0 && view->refinement.owed;
@@ -496,7 +501,7 @@ enum lum_status lum_view_aovs(struct lum_view *view, const struct lum_snapshot *
 {
     struct lum_pass pass;
     struct lum_pass_stats unused = {0};
-    struct lum_stage_runner runner = {view->pool, view->counters, NULL, &unused};
+    struct lum_stage_runner runner = {view->pool, view->counters, NULL, &unused, NULL};
     enum lum_status status = begin_pass(view, snapshot, settings, &pass, err);
     uint64_t stamp = view->deferred.gbuffer.stamp;
     if (status == LUM_OK)

@@ -16,6 +16,7 @@
 struct lum_view_settings lum_view_settings_default(void);
 
 struct lum_view;
+struct lum_team;
 
 /* pool is borrowed and must outlive the view. */
 LUM_MUST_USE enum lum_status lum_view_create(struct lum_pool *pool, struct lum_view **ret_view, struct lum_error *err);
@@ -23,6 +24,10 @@ void lum_view_destroy(struct lum_view *view); /* accepts NULL */
 /* Views that share caches find each other's records. Before the first pass; caches are borrowed, made for at least as
  * many workers as the view's pool has, and must outlive the view. A view that shares none makes its own. */
 void lum_view_share(struct lum_view *view, struct lum_caches *caches);
+
+/* The view's passes are shared by a team (core/base/team.h), each of whose members has such a view and runs the same
+ * passes, deterministic and without cancel. Before the first pass; borrowed. */
+void lum_view_join(struct lum_view *view, struct lum_team *team);
 
 /* Runs one pass. *cancel (may be NULL) is read per tile: on true the pass ends early with LUM_ERR_CANCELLED, and the
  * film keeps the tiles that were done. Restarts by itself when snapshot or settings differ from the last pass in a way

@@ -13,6 +13,7 @@
 
 struct lum_view {
     struct lum_pool *pool;         /* borrowed */
+    struct lum_team *team;         /* borrowed; NULL: it has none */
     struct lum_counters *counters; /* per worker of the pool */
     struct lum_tiling tiling;
     struct lum_film film;

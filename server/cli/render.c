@@ -16,19 +16,24 @@
 #include "server/cli/image_output.h"
 #include "server/cli/progress.h"
 #include "server/cli/render_budget.h"
+#include "server/cli/render_layers.h"
 #include "server/cli/render_options.h"
+#include "server/cli/render_team.h"
+#include "server/cli/team_scene.h"
 #include "server/director/caustic_notice.h"
-#include "server/director/stats_json.h"
+#include "server/farm/farm.h"
 #include "server/import/expand.h"
 #include "server/world/apply.h"
 #include "server/world/light_groups.h"
-#include "server/world/scene_source.h"
 
 #define EDITOR "(edits)"
 #define DEFAULT_SPP 64u /* an eighth of the noise of one; more is asked for by --spp, --time or --error */
 
 struct batch {
     struct lum_render_options options;
+    struct lum_team *team; /* ranks that render with this one; NULL: there are none */
+    struct lum_render_told told;
+    bool quiet; /* another rank writes the files, and what there is to tell */
     struct lum_import_config import;
     struct lum_world world;
     struct lum_ops edits;
@@ -54,8 +59,8 @@ struct batch {
 
 static void log_to_stderr(void *user, int level, const char *component, const char *text)
 {
-    (void)user;
-    if (level > 0 && level <= 2) /* errors are told once, at the end */
+    const struct batch *b = user;
+    if (level > 0 && level <= 2 && !b->quiet) /* errors are told once, at the end */
         fprintf(stderr, "lumend: %s: %s\n", component, text);
 }
 
@@ -175,7 +180,8 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
     s.max_spp = o->spp ? o->spp : o->time_s > 0.0 || o->error > 0.0 ? LUM_LIMIT_SPP : DEFAULT_SPP;
     if (!resolve_camera(b, &s, err))
         return false;
-    tell_unused(o, s.method);
+    if (!b->quiet)
+        tell_unused(o, s.method);
     b->settings = s;
     return true;
 }
@@ -185,7 +191,7 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
 static void show_progress(struct batch *b, uint32_t frame, const struct lum_pass_stats *pass)
 {
     int64_t now = lum_clock_ns();
-    if (!lum_progress_due(&b->progress, now))
+    if (b->quiet || !lum_progress_due(&b->progress, now))
         return;
     b->line_open = b->progress.tty;
     uint32_t n = b->options.n_frames ? b->options.n_frames : 1;
@@ -203,14 +209,15 @@ static enum lum_status render_passes(struct batch *b, uint32_t frame, const stru
                                      struct lum_pass_stats *ret_last, struct lum_error *err)
 {
     int64_t start = lum_clock_ns();
-    bool told = b->options.light_groups; /* what is expected is of one layer */
+    bool told = b->quiet || b->options.light_groups; /* what is expected is of one layer */
     lum_budget_begin(&b->watch);
     do {
         enum lum_status st = lum_view_pass(b->view, b->world.snapshot, &b->settings, NULL, ret_last, err);
         if (st)
             return st;
         lum_frame_stats_add(&b->frame_stats, ret_last);
-        lum_budget_note(&b->watch, budget, &b->settings, ret_last, (double)(lum_clock_ns() - start) * 1e-6);
+        double spent_ms = lum_render_spent_ms(b->team, start, ret_last);
+        lum_budget_note(&b->watch, budget, &b->settings, ret_last, spent_ms);
         show_progress(b, frame, ret_last);
         lum_render_tell_expected(&b->options, frame, &b->watch, &told);
     } while (!b->watch.stopped_by);
@@ -230,45 +237,9 @@ static void drop_frame(struct batch *b)
     b->beauty = NULL;
 }
 
-/* What the layers so far come to. Their errors are added up as if all were off in the same way: they share random
- * numbers, so that what is known of them does not say otherwise; a sum is never further off. */
-struct layer_sum {
-    struct lum_film_error error; /* times the mean luminance */
-    double mean;
-    double spent_ms;
-    uint32_t spp;
-    const char *stopped_by;
-};
-
-static void add_up(struct layer_sum *sum, const struct lum_film *film, const struct lum_pass_stats *last,
-                   const char *stopped_by, double spent_ms)
-{
-    double mean = lum_film_mean_luminance(film);
-    sum->error.rel += last->error.rel * mean;
-    sum->error.bound += last->error.bound * mean;
-    sum->error.probes = last->error.probes; /* as many in each */
-    sum->mean += mean;
-    sum->spent_ms += spent_ms;
-    sum->spp = last->spp < sum->spp ? last->spp : sum->spp;
-    if (!sum->stopped_by || strcmp(stopped_by, "error") != 0) /* that is said when it is true of all */
-        sum->stopped_by = stopped_by;
-}
-
-static void tell_sum(struct lum_frame_stats *stats, const struct layer_sum *sum, double max_error)
-{
-    double mean = sum->mean > 0.0 ? sum->mean : 1.0; /* a black picture is not off, nor one of no groups */
-    stats->sum.error = (struct lum_film_error){
-        .rel = sum->error.rel / mean, .bound = sum->error.bound / mean, .probes = sum->error.probes, .fresh = 1.0};
-    stats->sum.spp = sum->spp;
-    stats->stopped_by = sum->stopped_by;
-    stats->budget = (struct lum_budget_news){.spent_ms = sum->spent_ms};
-    if (max_error > 0.0)
-        stats->budget.verdict = stats->sum.error.bound <= max_error ? "met" : "missed";
-}
-
 /* Renders one group alone and adds it to the beauty. */
 static enum lum_status render_layer(struct batch *b, uint32_t frame, const char *group,
-                                    const struct lum_view_budget *budget, struct layer_sum *inout_sum,
+                                    const struct lum_view_budget *budget, struct lum_layer_sum *inout_sum,
                                     struct lum_error *err)
 {
     struct lum_pass_stats last;
@@ -277,7 +248,7 @@ static enum lum_status render_layer(struct batch *b, uint32_t frame, const char 
         st = render_passes(b, frame, budget, &last, err);
     if (st)
         return st;
-    add_up(inout_sum, lum_view_film(b->view), &last, b->watch.stopped_by, b->watch.spent_ms);
+    lum_layer_sum_add(inout_sum, lum_view_film(b->view), &last, b->watch.stopped_by, b->watch.spent_ms);
     struct lum_layer *layer = &b->layers[b->n_layers];
     layer->pixels = lum_film_pixels(lum_view_film(b->view));
     if (!layer->pixels)
@@ -295,7 +266,7 @@ static enum lum_status render_groups(struct batch *b, uint32_t frame, struct lum
 {
     struct lum_light_groups groups;
     struct lum_view_budget budget = lum_render_budget(&b->options);
-    struct layer_sum sum = {.spp = UINT32_MAX};
+    struct lum_layer_sum sum = {.spp = UINT32_MAX};
     enum lum_status st = lum_light_groups_list(&b->world, &groups, err);
     if (st)
         return st;
@@ -307,9 +278,9 @@ static enum lum_status render_groups(struct batch *b, uint32_t frame, struct lum
     for (size_t i = 0; i < groups.n && !st; i++)
         st = render_layer(b, frame, groups.names[i], &budget, &sum, err);
     if (groups.n == 0)
-        sum = (struct layer_sum){.stopped_by = "whole"};
+        sum = (struct lum_layer_sum){.stopped_by = "whole"};
     if (!st)
-        tell_sum(&b->frame_stats, &sum, b->options.error);
+        lum_layer_sum_tell(&b->frame_stats, &sum, b->options.error);
     lum_light_groups_finish(&groups);
     return st ? st : lum_light_groups_solo(&b->world, NULL, err);
 }
@@ -319,7 +290,7 @@ static void tell_caustics(struct batch *b)
 {
     b->frame_stats.caustics = lum_world_caustics(&b->world, true);
     struct lum_caustic_notice notice = lum_caustic_notice(&b->frame_stats.caustics);
-    if (!notice.why[0] || b->caustics_told)
+    if (!notice.why[0] || b->caustics_told || b->quiet)
         return;
     b->caustics_told = true;
     fprintf(stderr, "lumend render: %s. %s\n", notice.why, notice.mend);
@@ -338,7 +309,7 @@ static enum lum_status render_illuminance(struct batch *b, struct lum_error *err
         enum lum_status st = lum_view_pass(b->meter, b->world.snapshot, &settings, NULL, &last, err);
         if (st)
             return st;
-    } while (!lum_budget_stop(&budget, settings.method, &last, (double)(lum_clock_ns() - start) * 1e-6));
+    } while (!lum_budget_stop(&budget, settings.method, &last, lum_render_spent_ms(b->team, start, &last)));
     return LUM_OK;
 }
 
@@ -355,9 +326,11 @@ static bool render_picture(struct batch *b, uint32_t frame, struct lum_proto_err
     if (!st && b->meter)
         st = render_illuminance(b, &e);
     if (!st) {
-        b->missed = lum_render_tell_missed(&b->options, frame, &b->frame_stats) || b->missed;
+        b->missed = (!b->quiet && lum_render_tell_missed(&b->options, frame, &b->frame_stats)) || b->missed;
         tell_caustics(b);
     }
+    if (!st && b->team)
+        lum_render_compare_films(b->team, lum_view_film(b->view));
     return !st || core_failed(&e, err);
 }
 
@@ -469,11 +442,13 @@ static bool write_image(struct batch *b, uint32_t frame, struct lum_proto_error 
     if (!lum_render_frame_path(b->options.out, frame, path, sizeof path))
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "the path of --out is too long");
     enum lum_status st;
-    if (b->options.exr) {
+    struct lum_aovs unused;
+    if (b->quiet) /* what a view does for its file, the others do, too */
+        st = lum_view_aovs(b->view, b->world.snapshot, &b->settings, &unused, &e);
+    else if (b->options.exr)
         st = write_exr(b, path, &e);
-    } else {
+    else
         st = write_png(b, path, &e);
-    }
     return !st || core_failed(&e, err);
 }
 
@@ -483,13 +458,15 @@ static bool render_frame(struct batch *b, uint32_t frame, struct lum_proto_error
     bool ok = apply_edits_until(b, t_ms, err) && resolve_settings(b, err) && render_picture(b, frame, err) &&
               write_image(b, frame, err);
     uint64_t nonfinite = b->frame_stats.sum.nonfinite;
-    if (ok && nonfinite > 0)
+    if (ok && nonfinite > 0 && !b->quiet)
         fprintf(stderr, "lumend render: %llu values were no finite numbers, and are black: please report the scene\n",
                 (unsigned long long)nonfinite);
     drop_frame(b);
-    if (ok && b->frames && !lum_json_add(b->frames, NULL, lum_frame_stats_json(&b->frame_stats)))
-        return lum_proto_fail_memory(err);
-    return ok;
+    if (!ok || !b->frames)
+        return ok;
+    cJSON *stats = lum_frame_stats_json(&b->frame_stats);
+    bool told = lum_render_add_heard(stats, b->team, &b->told);
+    return (lum_json_add(b->frames, NULL, stats) && told) || lum_proto_fail_memory(err);
 }
 
 /* ---- the run ---- */
@@ -506,7 +483,8 @@ static cJSON *stats_json(struct batch *b)
                                 .setup_ms = b->setup_ms};
     cJSON *json = lum_run_stats_json(&run), *frames = b->frames;
     b->frames = NULL;
-    if (lum_json_add(json, "frames", frames))
+    bool told = lum_render_add_told(json, b->team, &b->told);
+    if (lum_json_add(json, "frames", frames) && told)
         return json;
     cJSON_Delete(json);
     return NULL;
@@ -533,27 +511,32 @@ static bool set_up(struct batch *b, struct lum_proto_error *err)
 {
     const struct lum_render_options *o = &b->options;
     struct lum_error e;
-    struct lum_log log = {log_to_stderr, NULL};
-    if (lum_may_write_file(o->out, &e) || (o->stats && lum_may_write_file(o->stats, &e)))
+    struct lum_log log = {log_to_stderr, b};
+    if (!b->quiet && (lum_may_write_file(o->out, &e) || (o->stats && lum_may_write_file(o->stats, &e))))
         return core_failed(&e, err);
     b->import = (struct lum_import_config){.assets_dir = o->assets, .log = log};
     if (lum_world_init(&b->world, o->threads, o->isa, &log, &e))
         return core_failed(&e, err);
-    b->world.deterministic = o->deterministic;
+    b->world.deterministic = o->deterministic || b->team; /* what each rank does must not depend on who is faster */
     b->reading = o->scene;
-    if (!lum_scene_load(&b->world, o->scene, &b->import, err))
+    if (!lum_team_scene_load(b->team, &b->world, o->scene, &b->import, &b->told.scene_bytes, err))
+        return false;
+    if (b->team && !lum_render_compare_scenes(b->team, &b->world, err))
         return false;
     b->reading = o->edits;
-    if (o->edits && !lum_edits_load(o->edits, &b->edits, err))
+    if (o->edits && !lum_team_edits_load(b->team, o->edits, &b->edits, &b->told.edits_bytes, err))
         return false;
     b->reading = NULL;
     if (lum_view_create(b->world.pool, &b->view, &e))
         return core_failed(&e, err);
     lum_view_share(b->view, b->world.caches);
+    lum_view_join(b->view, b->team);
     if (o->illuminance && lum_view_create(b->world.pool, &b->meter, &e))
         return core_failed(&e, err);
-    if (b->meter)
+    if (b->meter) {
         lum_view_share(b->meter, b->world.caches);
+        lum_view_join(b->meter, b->team);
+    }
     if (o->stats && !(b->frames = cJSON_CreateArray()))
         return lum_proto_fail_memory(err);
     b->setup_ms = (double)(lum_clock_ns() - b->progress.start_ns) * 1e-6;
@@ -568,7 +551,7 @@ static bool run(struct batch *b, struct lum_proto_error *err)
     for (uint32_t i = 0; i < n; i++)
         if (!render_frame(b, i, err))
             return false;
-    return !b->options.stats || write_stats(b, err);
+    return !b->options.stats || b->quiet || write_stats(b, err);
 }
 
 int lum_cmd_render(int argc, char **argv)
@@ -584,15 +567,20 @@ int lum_cmd_render(int argc, char **argv)
         return LUM_EXIT_OK;
     }
     struct lum_proto_error err = {0};
-    bool ok = run(&b, &err);
+    bool ok = (!lum_farm_join(&b.team, &usage) || core_failed(&usage, &err));
+    b.quiet = b.team && b.team->rank > 0;
+    ok = ok && run(&b, &err);
     if (b.line_open)
         fputc('\n', stderr);
     if (!ok)
         fprintf(stderr, "lumend render: %s%s%s\n", b.reading ? b.reading : "", b.reading ? ": " : "", err.text);
+    if (!ok && b.team)
+        b.team->kind->give_up(b.team, "its part failed");
     cJSON_Delete(b.frames);
     lum_view_destroy(b.view);
     lum_view_destroy(b.meter);
     lum_ops_finish(&b.edits);
     lum_world_finish(&b.world);
+    lum_farm_leave(b.team);
     return !ok ? LUM_EXIT_FAILED : b.missed ? LUM_EXIT_MISSED : LUM_EXIT_OK;
 }

@@ -10,6 +10,7 @@
 #include "server/base/suggest.h"
 #include "server/cli/help.h"
 #include "server/cli/option.h"
+#include "server/farm/farm.h"
 #include "server/stream/overlay.h"
 #include "server/world/apply.h"
 
@@ -339,6 +340,19 @@ enum lum_status lum_render_options_parse(int argc, char **argv, struct lum_rende
     return st;
 }
 
+static void put_ranks(const struct lum_help *h)
+{
+    char mpi[LUM_FARM_VERSION_BYTES], text[sizeof mpi + 128];
+    lum_farm_version(mpi);
+    if (!mpi[0])
+        return; /* built without */
+    lum_help_text(
+        h, "Ranks that one mpirun starts make the pictures together, the same that --deterministic makes: the\n");
+    snprintf(text, sizeof text, "first reads the scene and writes the files. With %s, one for each machine:\n", mpi);
+    lum_help_text(h, text);
+    lum_help_text(h, "mpirun --map-by ppr:1:node --bind-to none lumend render --scene office --out office.exr\n");
+}
+
 void lum_help_render(const struct lum_help *h)
 {
     char effects[512] = "effects:";
@@ -349,6 +363,7 @@ void lum_help_render(const struct lum_help *h)
         n += (size_t)snprintf(effects + n, sizeof effects - n, " %s%s", lum_effect_names[e],
                               e + 1 < LUM_EFFECT_COUNT ? "," : "\n");
     lum_help_text(h, effects);
+    put_ranks(h);
 }
 
 bool lum_render_frame_path(const char *out, uint32_t frame, char *ret_path, size_t n_path)

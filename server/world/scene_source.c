@@ -100,20 +100,44 @@ static bool builtin_ops(const struct lum_embedded *builtin, struct lum_ops *ret_
     return lum_ops_from_jsonl((const char *)builtin->bytes, builtin->n, ret_ops, err);
 }
 
-bool lum_edits_load(const char *replay, struct lum_ops *ret_ops, struct lum_proto_error *err)
+/* Of bytes that are compiled in. */
+static char *copy_of(const struct lum_embedded *e, size_t *ret_n, struct lum_proto_error *err)
+{
+    char *text = malloc(e->n + 1);
+    if (!text) {
+        lum_proto_fail_memory(err);
+        return NULL;
+    }
+    memcpy(text, e->bytes, e->n);
+    text[e->n] = 0;
+    *ret_n = e->n;
+    return text;
+}
+
+char *lum_edits_text(const char *replay, size_t *ret_n, struct lum_proto_error *err)
 {
     const struct lum_embedded *builtin = lum_replay_builtin(replay);
     if (builtin)
-        return builtin_ops(builtin, ret_ops, err);
-    if (is_name(replay) && lum_scene_builtin(replay))
-        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "",
-                              "is a scene, not a replay (see: lumend scenes)");
-    if (is_name(replay) && access(replay, F_OK) != 0) {
-        char near[LUM_SUGGEST_BYTES];
+        return copy_of(builtin, ret_n, err);
+    char near[LUM_SUGGEST_BYTES];
+    if (is_name(replay) && lum_scene_builtin(replay)) {
+        lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "", "is a scene, not a replay (see: lumend scenes)");
+    } else if (is_name(replay) && access(replay, F_OK) != 0) {
         lum_suggest_scene(replay, near);
-        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "", "no such file or built-in replay%s", near);
+        lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "", "no such file or built-in replay%s", near);
+    } else {
+        return read_file(replay, ret_n, err);
     }
-    return read_ops(replay, ret_ops, err);
+    return NULL;
+}
+
+bool lum_edits_load(const char *replay, struct lum_ops *ret_ops, struct lum_proto_error *err)
+{
+    size_t n;
+    char *text = lum_edits_text(replay, &n, err);
+    bool ok = text && lum_ops_from_jsonl(text, n, ret_ops, err);
+    free(text);
+    return ok;
 }
 
 /* ---- a model file: one import op, and what the file lacks ---- */

@@ -12,7 +12,10 @@ const struct lum_embedded *lum_scene_builtin(const char *name);
 /* The built-in replay of this name, or NULL. That of scene S is called S-moves. */
 const struct lum_embedded *lum_replay_builtin(const char *name);
 
-/* Ops for --edits: of a built-in replay, or of a file. Whole in memory. The caller names it in front of err->text. */
+/* What --edits names: a built-in replay, or a file of ops. Ends with a 0 that does not count; free it. NULL: err says
+ * why, and the caller names it in front of that. */
+char *lum_edits_text(const char *replay, size_t *ret_n, struct lum_proto_error *err);
+/* The ops in it. Errors likewise. */
 bool lum_edits_load(const char *replay, struct lum_ops *ret_ops, struct lum_proto_error *err);
 
 /* Fills an empty world and commits. Assets of a .jsonl are below import->assets_dir, or beside the file when that is

@@ -46,7 +46,7 @@ static void sky_begin_with(struct sky *s, uint32_t threads, void (*put_before)(s
     RIG_OK(lum_eye_init(&s->pass.eye, &s->rig.settings.camera, &s->rig.snapshot->norm, W, H, &err));
     RIG_OK(lum_film_init(&s->film, W, H, &err));
     RIG_OK(lum_error_probes_create(threads, &s->probes, &err));
-    s->runner = (struct lum_stage_runner){s->rig.pool, s->counters, NULL, &s->stats};
+    s->runner = (struct lum_stage_runner){s->rig.pool, s->counters, NULL, &s->stats, NULL};
 }
 
 static void sky_begin(struct sky *s, uint32_t threads)

@@ -97,7 +97,7 @@ static inline void add(struct stage *s, uint32_t i, uint32_t sample, double valu
 static inline void apply(struct stage *s)
 {
     struct lum_error err;
-    struct lum_stage_runner runner = {s->pool, s->counters, NULL, &s->stats};
+    struct lum_stage_runner runner = {s->pool, s->counters, NULL, &s->stats, NULL};
     s->result = (struct lum_residual){.frame = s->frame,
                                       .shine = s->samples.first[0] ? s->shine : NULL,
                                       .truth = &s->samples,

@@ -4,7 +4,7 @@
 
 #include "core/effect/indirect/interpolated.h"
 #include "core/math/sampler.h"
-#include "core/pass/pass.h"
+#include "core/pass/share.h"
 
 /* Records that are built together, of one neighbourhood; fewer where they would make less than CHUNKS_MIN chunks:
  * rounds are small, and all workers wait for the last. Not by their number, on which no picture depends. */
@@ -32,6 +32,7 @@ struct run {
     const struct lum_pass *pass;
     const struct lum_stage_runner *runner;
     struct lum_cache_counts *counts;
+    void (*make)(const struct lum_cache_job *job); /* what is done with the batch */
     uint32_t n_batch;
     bool note; /* which records are found */
     bool full; /* the store has no room */
@@ -167,32 +168,74 @@ static uint32_t n_chunks(const struct run *run)
     return (run->n_batch + chunk_size(run) - 1) / chunk_size(run);
 }
 
-static void run_chunk(const struct run *run, uint32_t chunk, struct lum_counters *counters,
-                      void (*make)(const struct lum_cache_job *job))
+static uint32_t chunk_length(const struct run *run, uint32_t chunk)
 {
-    uint32_t size = chunk_size(run), from = chunk * size, n = run->n_batch - from;
-    make(&(struct lum_cache_job){
+    uint32_t size = chunk_size(run), n = run->n_batch - chunk * size;
+    return n < size ? n : size;
+}
+
+/* What others get of a record: whether it is still there, and if it is, all of it. */
+static size_t told_bytes(const struct run *run)
+{
+    return sizeof(uint64_t) + lum_cache_told_bytes(run->cache);
+}
+
+/* A refresh may have removed it; new ones are private until they are inserted. */
+static size_t tell(const struct run *run, struct lum_cache_record *r, unsigned char *at)
+{
+    uint64_t held = run->make == run->cache->key.kind->build || lum_store_holds(r);
+    memcpy(at, &held, sizeof held);
+    return sizeof held + (held ? lum_cache_tell(run->cache, r, at + sizeof held) : 0);
+}
+
+static size_t hear(const struct run *run, struct lum_cache_record *r, const unsigned char *at, uint32_t worker)
+{
+    uint64_t held;
+    memcpy(&held, at, sizeof held);
+    if (held)
+        return sizeof held + lum_cache_hear(run->cache, r, at + sizeof held);
+    if (lum_store_remove(run->cache->store, worker, r))
+        atomic_fetch_add_explicit(&run->cache->removed, 1, memory_order_relaxed);
+    return sizeof held;
+}
+
+static size_t make_chunk(void *ctx, uint32_t chunk, void *left, struct lum_counters *counters)
+{
+    const struct run *run = ctx;
+    struct lum_cache_record **records = run->memory->batch + chunk * chunk_size(run);
+    uint32_t n = chunk_length(run, chunk);
+    run->make(&(struct lum_cache_job){
         .cache = run->cache,
         .snapshot = run->pass->snapshot,
-        .records = run->memory->batch + from,
-        .n = n < size ? n : size,
+        .records = records,
+        .n = n,
         .pixel = run->pass->footprint,
         .eye = run->pass->eye.o,
         .worker = counters->worker,
         .counters = counters,
     });
+    size_t n_bytes = 0;
+    for (uint32_t i = 0; left && i < n; i++)
+        n_bytes += tell(run, records[i], (unsigned char *)left + n_bytes);
+    return n_bytes;
 }
 
-static void refresh_chunk(void *ctx, uint32_t chunk, struct lum_counters *counters)
+static void take_chunk_over(void *ctx, uint32_t chunk, const void *left, uint32_t worker)
 {
     const struct run *run = ctx;
-    run_chunk(run, chunk, counters, run->cache->key.kind->refresh);
+    struct lum_cache_record **records = run->memory->batch + chunk * chunk_size(run);
+    const unsigned char *at = left;
+    for (uint32_t i = 0; i < chunk_length(run, chunk); i++)
+        at += hear(run, records[i], at, worker);
 }
 
-static void build_chunk(void *ctx, uint32_t chunk, struct lum_counters *counters)
+/* The batch, by all workers, and by all members of a team. */
+static enum lum_status make_batch(struct run *run, void (*make)(const struct lum_cache_job *job))
 {
-    const struct run *run = ctx;
-    run_chunk(run, chunk, counters, run->cache->key.kind->build);
+    run->make = make;
+    const struct lum_shared_loop loop = {n_chunks(run), chunk_size(run) * told_bytes(run), make_chunk, take_chunk_over,
+                                         run};
+    return lum_stage_share(run->runner, &loop);
 }
 
 /* Those of the records found that are stale; the others are reused as they are. */
@@ -223,7 +266,7 @@ static enum lum_status refresh(struct run *run, struct lum_error *err)
     if (run->n_batch == 0)
         return LUM_OK;
     uint64_t removed = atomic_load(&run->cache->removed);
-    enum lum_status status = lum_stage_loop(run->runner, n_chunks(run), refresh_chunk, run);
+    enum lum_status status = make_batch(run, run->cache->key.kind->refresh);
     if (status != LUM_OK)
         return status; /* cancelled: some are still stale, and refreshed again */
     removed = atomic_load(&run->cache->removed) - removed;
@@ -371,7 +414,7 @@ static enum lum_status make_round(struct run *run, uint32_t side)
     }
     if (run->n_batch == 0)
         return LUM_OK;
-    enum lum_status status = lum_stage_loop(run->runner, n_chunks(run), build_chunk, run);
+    enum lum_status status = make_batch(run, run->cache->key.kind->build);
     if (status != LUM_OK) { /* cancelled: some were not built */
         drop_batch(run);
         return status;

@@ -1,0 +1,10 @@
+# lumend render on several machines, by MPI (`./docker/install mpi`). Sets LUM_NOT_FARM (sources that stay out) and LUM_FARM_LIBRARY.
+option(LUMEND_MPI "lumend render on several machines, started by mpirun" OFF)
+if(LUMEND_MPI)
+    find_package(MPI REQUIRED COMPONENTS C)
+    set(LUM_NOT_FARM "farm/farm_none\\.c$")
+    set(LUM_FARM_LIBRARY MPI::MPI_C)
+else()
+    set(LUM_NOT_FARM "farm/farm_mpi\\.c$")
+    set(LUM_FARM_LIBRARY "")
+endif()

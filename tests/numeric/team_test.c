@@ -1,0 +1,163 @@
+/* A team shares the work of a view: each member comes to the picture, the rays and the records that one alone would,
+ * to the bit, at every pass and after edits; and each does a part of it. */
+#include "core/base/team.h"
+#include "core/path/guide.h"
+#include "tests/support/crew.h"
+#include "tests/support/effort.h"
+#include "tests/support/rig.h"
+
+enum { PICTURES = 5 };
+
+/* What a member saw, pass by pass. */
+struct seen {
+    struct lum_rgb *picture[PICTURES];
+    uint64_t rays[PICTURES][LUM_RAY_KIND_COUNT], tiles[PICTURES][LUM_EFFECT_COUNT];
+    uint64_t created[PICTURES], updated[PICTURES], removed[PICTURES];
+    double error[PICTURES], noise[PICTURES];
+    uint64_t traced; /* by the member itself, shared or not */
+    uint64_t heard_bytes;
+};
+
+struct scenario {
+    const char *method;
+    bool pane; /* under the lamps: records keep what it leaves of each VPL */
+    struct seen seen[CREW_MAX];
+};
+
+static void put_pane(struct rig *r)
+{
+    struct lum_material_desc m = lum_material_default();
+    m.base_color = lum_rgb(0.8f, 0.9f, 1.0f);
+    m.transmission = 1.0f;
+    m.thin = true;
+    m.roughness = 0.0f;
+    rig_material(r, "glass", &m);
+    rig_square(r, "pane", 1.0);
+    rig_object(r, "pane", "pane", "glass", rig_v(0.0, 1.7, 0.0));
+}
+
+static void begin(struct rig *r, const char *method, bool pane)
+{
+    rig_begin(r, 2);
+    rig_room(r);
+    if (pane)
+        put_pane(r);
+    rig_bulb(r, "lamp", rig_v(-0.7, 2.4, 0.3), 80);
+    struct lum_light_desc panel = rig_quad(rig_v(0.5, 2.95, 0.5), rig_v(0.6, 0, 0), rig_v(0, 0, 0.6), 60);
+    rig_light(r, "panel", &panel);
+    rig_commit(r);
+    r->settings.method = lum_method_find(method);
+    r->settings.w = 104; /* tiles at the edges are cut */
+    r->settings.h = 56;
+    r->settings.n_vpls = 64;
+    r->settings.max_spp = r->settings.method->progressive ? 9 : 3; /* guides are made before samples 2, 3, 4, 6 and 8 */
+    r->settings.error_share = LUM_ERROR_SHARE;
+}
+
+/* Before the k-th picture. */
+static void edit(struct rig *r, int k)
+{
+    switch (k) {
+    case 1:
+        rig_object(r, "crate", "crate", "red", rig_v(0.1, 0.5, -0.6));
+        break;
+    case 2:
+        rig_bulb(r, "lamp", rig_v(-0.7, 2.4, 0.3), 20);
+        break;
+    case 3:
+        rig_bulb(r, "lamp", rig_v(0.9, 2.4, 0.3), 20);
+        break;
+    default:
+        r->settings.camera.target.x -= k == 4 ? 0.8 : 0.0;
+        return;
+    }
+    rig_commit(r);
+}
+
+static void note(struct seen *s, const struct lum_pass_stats *stats, int k)
+{
+    for (int i = 0; i < LUM_RAY_KIND_COUNT; i++)
+        s->rays[k][i] += stats->rays[i];
+    for (int i = 0; i < LUM_EFFECT_COUNT; i++)
+        s->tiles[k][i] += stats->effects[i].tiles;
+    s->created[k] += stats->cache.created;
+    s->updated[k] += stats->cache.updated;
+    s->removed[k] += stats->cache.removed;
+    s->error[k] = stats->error.bound;
+    s->noise[k] = stats->effects[LUM_EFFECT_INDIRECT_DIFFUSE].noise;
+}
+
+static void look(struct lum_team *team, void *user)
+{
+    struct scenario *sc = user;
+    struct seen *s = &sc->seen[team ? team->rank : 0];
+    struct rig r;
+    begin(&r, sc->method, sc->pane);
+    lum_view_join(r.view, team);
+    for (int k = 0; k < PICTURES; k++) {
+        struct lum_pass_stats stats;
+        edit(&r, k);
+        do {
+            stats = rig_pass(&r);
+            note(s, &stats, k);
+        } while (!stats.complete);
+        s->picture[k] = rig_picture(&r);
+    }
+    s->heard_bytes = team ? team->heard_bytes : 0;
+    rig_end(&r);
+}
+
+static void hold_against(const struct scenario *alone, const struct scenario *team, uint32_t rank, uint32_t size)
+{
+    const struct seen *a = &alone->seen[0], *b = &team->seen[rank];
+    for (int k = 0; k < PICTURES; k++) {
+        if (memcmp(a->picture[k], b->picture[k], 104 * 56 * sizeof(struct lum_rgb)) != 0)
+            fail_msg("%s: picture %d of rank %u of %u is not that of one alone", team->method, k, rank, size);
+        for (int i = 0; i < LUM_RAY_KIND_COUNT; i++)
+            if (a->rays[k][i] != b->rays[k][i])
+                fail_msg("%s: picture %d of rank %u of %u: %llu rays of kind %d, and not %llu", team->method, k, rank,
+                         size, (unsigned long long)b->rays[k][i], i, (unsigned long long)a->rays[k][i]);
+        assert_memory_equal(a->tiles[k], b->tiles[k], sizeof a->tiles[k]);
+        assert_int_equal(a->created[k], b->created[k]);
+        assert_int_equal(a->updated[k], b->updated[k]);
+        assert_int_equal(a->removed[k], b->removed[k]);
+        assert_memory_equal(&a->error[k], &b->error[k], sizeof a->error[k]);
+        assert_memory_equal(&a->noise[k], &b->noise[k], sizeof a->noise[k]);
+    }
+    assert_true(b->heard_bytes > 0 || size == 1);
+}
+
+static void forget(struct scenario *s)
+{
+    for (int m = 0; m < CREW_MAX; m++)
+        for (int k = 0; k < PICTURES; k++)
+            lum_free(s->seen[m].picture[k]);
+}
+
+static void pictures_are_those_of_one(void **state)
+{
+    (void)state;
+    static const struct scenario scenarios[] = {{.method = "path"},     {.method = "live"},    {.method = "irrcache"},
+                                                {"live", .pane = true}, {"tic", .pane = true}, {"ic", .pane = true}};
+    static const uint32_t sizes[] = {3, 1, 2};
+    for (size_t k = 0; k < LUM_ARRAY_LEN(scenarios); k++) {
+        struct scenario alone = scenarios[k];
+        look(NULL, &alone);
+        for (size_t i = 0; i < TEST_EFFORT(LUM_ARRAY_LEN(sizes)); i++) {
+            struct scenario team = scenarios[k];
+            crew_run(sizes[i], look, &team);
+            for (uint32_t r = 0; r < sizes[i]; r++)
+                hold_against(&alone, &team, r, sizes[i]);
+            forget(&team);
+        }
+        forget(&alone);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(pictures_are_those_of_one),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,11 @@
+/* A team (core/base/team.h) of threads of one process: each works with memory of its own, as processes do. */
+#ifndef LUM_TESTS_SUPPORT_CREW_H
+#define LUM_TESTS_SUPPORT_CREW_H
+
+#include "core/base/team.h"
+
+/* Runs fn with each of n members, the first of them on this thread, and returns when all have ended. */
+enum { CREW_MAX = 8 };
+void crew_run(uint32_t n, void (*fn)(struct lum_team *team, void *user), void *user);
+
+#endif
