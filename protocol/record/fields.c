@@ -80,6 +80,9 @@ static const struct lum_field mesh[] = {
      .doc = "three vertices of each triangle, counter-clockwise from the front"},
     FLOATS(mesh, normals, 0, 3, -1e6, 1e6, "", "per vertex; none: flat shading"),
     FLOATS(mesh, uvs, 0, 2, -1e6, 1e6, "uv", "per vertex"),
+    FLOATS(mesh, tangents, 0, 4, -1e6, 1e6, "",
+           "per vertex, for relief and brushed metal: which way u grows, and 1 or -1: falling v runs along normal x "
+           "tangent, or against it; none: by uvs"),
     FLOATS(mesh, colors, 0, 3, 0, 1e6, "", "per vertex, linear; multiply base_color"),
     BOOL(mesh, deforming, 0, "positions will be set again: the index structure is refitted, not rebuilt"),
 };
@@ -115,6 +118,9 @@ static const struct lum_field material[] = {
     NUMBER(material, anisotropy, 0, 1, 0, "",
            "brushed: how far highlights are stretched; 1: alpha along the stretch is 1"),
     NUMBER(material, anisotropy_rotation_deg, -3600, 3600, 0, "deg", "of the stretch: 0 along +u, 90 along -v of uv"),
+    TEXTURE(material, anisotropy_texture,
+            "R, G: direction of the stretch along +u and -v, 0.5: 0; turned by anisotropy_rotation_deg. B multiplies "
+            "anisotropy"),
     BOOL(material, thin, 0, "a surface without volume: transmission does not bend"),
     VECTOR(material, attenuation_color, 0, 0, 1, XYZ(1, 1, 1), "", "what is left after attenuation_distance"),
     OPT(material, attenuation_distance, 1e-9, COORD, 0, "m", "null: clear"),

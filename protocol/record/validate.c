@@ -57,7 +57,7 @@ static bool validate_mesh(const struct lum_record_mesh *m, struct lum_proto_erro
     if ((m->shape[0] != '\0') == (m->positions.n > 0))
         return invalid(err, "shape", "a mesh needs either shape or positions");
     if (m->shape[0] != '\0') {
-        if (m->indices.n || m->normals.n || m->uvs.n || m->colors.n)
+        if (m->indices.n || m->normals.n || m->uvs.n || m->tangents.n || m->colors.n)
             return invalid(err, "shape", "a shape brings its own arrays: give shape or arrays");
         return true;
     }
@@ -71,6 +71,8 @@ static bool validate_mesh(const struct lum_record_mesh *m, struct lum_proto_erro
         return invalid(err, "normals", "normals must hold three numbers per vertex");
     if (m->uvs.n && m->uvs.n != 2 * n_vertices)
         return invalid(err, "uvs", "uvs must hold two numbers per vertex");
+    if (m->tangents.n && m->tangents.n != 4 * n_vertices)
+        return invalid(err, "tangents", "tangents must hold four numbers per vertex");
     if (m->colors.n && m->colors.n != 3 * n_vertices)
         return invalid(err, "colors", "colors must hold three numbers per vertex");
     return validate_indices(m, err);

@@ -141,6 +141,7 @@ static void rules(void **state)
     expect(MESH "'positions':[0,0,0]}", "invalid_value", "indices");
     expect(MESH "'positions':[0,0,0],'indices':[0,0,0],'uvs':[1]}", "invalid_value", "uvs");
     expect(MESH "'positions':[0,0,0],'indices':[0,0,0],'normals':[1]}", "invalid_value", "normals");
+    expect(MESH "'positions':[0,0,0],'indices':[0,0,0],'tangents':[1,0,0]}", "invalid_value", "tangents");
     expect(MESH "'positions':[0,0,0],'indices':[0,0,0],'colors':[1]}", "invalid_value", "colors");
     expect(OBJECT "{'scale':[1,0,1]}}", "invalid_value", "transform");
     expect(OBJECT "[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}", NULL, NULL);

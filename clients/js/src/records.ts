@@ -93,6 +93,8 @@ export interface Mesh {
     normals?: readonly number[] | null;
     /** uv; -1e6 to 1e6; per vertex */
     uvs?: readonly number[] | null;
+    /** -1e6 to 1e6; see PROTOCOL.md */
+    tangents?: readonly number[] | null;
     /** 0 to 1e6; per vertex, linear; multiply base_color */
     colors?: readonly number[] | null;
     /** default false; positions will be set again: the index structure is refitted, not rebuilt */
@@ -149,6 +151,8 @@ export interface Material {
     anisotropy?: number;
     /** deg; -3600 to 3600; default 0; of the stretch: 0 along +u, 90 along -v of uv */
     anisotropy_rotation_deg?: number;
+    /** see PROTOCOL.md */
+    anisotropy_texture?: Texture | null;
     /** default false; a surface without volume: transmission does not bend */
     thin?: boolean;
     /** 3; 0 to 1; default 1 1 1; what is left after attenuation_distance */

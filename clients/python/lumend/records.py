@@ -56,6 +56,7 @@ class Mesh(TypedDict, total=False):
     indices: Sequence[int] | None  # three vertices of each triangle, counter-clockwise from the front
     normals: Sequence[float] | None  # -1e6 to 1e6; per vertex; none: flat shading
     uvs: Sequence[float] | None  # uv; -1e6 to 1e6; per vertex
+    tangents: Sequence[float] | None  # -1e6 to 1e6; see PROTOCOL.md
     colors: Sequence[float] | None  # 0 to 1e6; per vertex, linear; multiply base_color
     deforming: bool  # default false; positions will be set again: the index structure is refitted, not rebuilt
 
@@ -87,6 +88,7 @@ class Material(TypedDict, total=False):
     clearcoat_roughness: float  # 0 to 1; default 0; of that: GGX alpha = clearcoat_roughness^2; 0: a mirror
     anisotropy: float  # 0 to 1; default 0; brushed: how far highlights are stretched; 1: alpha along the stretch is 1
     anisotropy_rotation_deg: float  # deg; -3600 to 3600; default 0; of the stretch: 0 along +u, 90 along -v of uv
+    anisotropy_texture: Texture | None  # see PROTOCOL.md
     thin: bool  # default false; a surface without volume: transmission does not bend
     attenuation_color: Sequence[float]  # 3; 0 to 1; default 1 1 1; what is left after attenuation_distance
     attenuation_distance: float | None  # m; 1e-09 to 1e9; null: clear
