@@ -223,7 +223,8 @@ static const struct lum_field camera[] = {
 
 static const struct lum_field sensor[] = {
     CHOICE(sensor, kind, LUM_FIELD_REQUIRED, "point|line|grid|observer", "where it measures; observer: glare"),
-    CHOICE(sensor, quantity, 0, "plane|cylindrical|semicylindrical|modelling", "point, line, grid: which illuminance"),
+    CHOICE(sensor, quantity, 0, "plane|cylindrical|semicylindrical|modelling|ugr",
+           "point, line, grid: which illuminance; or glare of eyes there"),
     VECTOR(sensor, position, LUM_FIELD_REQUIRED, -COORD, COORD, XYZ(0, 0, 0), "m",
            "the point; the middle of a line or grid; the eye"),
     VECTOR(sensor, u, 0, -COORD, COORD, XYZ(1, 0, 0), "m", "full edge", FOR("line|grid")),
@@ -232,13 +233,15 @@ static const struct lum_field sensor[] = {
            "of the plane, to the side that is lit: up, a horizontal one; or the axis of the cylinder",
            FOR("point|line|grid")),
     VECTOR(sensor, direction, 0, -COORD, COORD, XYZ(0, 0, -1), "",
-           "line of sight of an observer; where a half cylinder faces"),
+           "line of sight of an observer, and the first of eyes (ugr); where a half cylinder faces"),
+    INTEGER(sensor, directions, 1, LUM_LIMIT_DIRECTIONS, 8,
+            "ugr: lines of sight of each eye, evenly around the vertical", FOR("point|line|grid")),
     OPT(sensor, spacing_m, 1e-6, COORD, 0, "m", "between points, at most; null: by EN 12464-1", FOR("line|grid")),
     OPT(sensor, floor_m2, 1e-6, 1e18, 0, "m2", "of the room, over which power is told; null: the grid's own area",
         FOR("grid")),
     OPT(sensor, target_lx, 1e-6, 1e9, 0, "lx", "mean that is wanted, at least", FOR("point|line|grid")),
     OPT(sensor, target_uo, 1e-6, 1, 0, "", "least over mean, at least", FOR("line|grid")),
-    OPT(sensor, target_ugr, 1e-6, 100, 0, "", "at most", FOR("observer")),
+    OPT(sensor, target_ugr, 1e-6, 100, 0, "", "at most; else with quantity ugr alone", FOR("point|line|grid|observer")),
     OPT(sensor, target_dgp, 1e-6, 1, 0, "", "at most", FOR("observer")),
     TEXT(sensor, name, "for people"),
 };

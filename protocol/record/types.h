@@ -96,8 +96,9 @@ struct lum_record_camera {
 
 struct lum_record_sensor {
     char kind[12];     /* point line grid observer */
-    char quantity[20]; /* plane cylindrical semicylindrical */
+    char quantity[20]; /* plane cylindrical semicylindrical modelling ugr */
     double position[3], u[3], v[3], normal[3], direction[3];
+    double directions;
     struct lum_opt spacing_m;
     struct lum_opt floor_m2, target_lx, target_uo, target_ugr, target_dgp;
     char name[128];

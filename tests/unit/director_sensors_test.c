@@ -231,6 +231,31 @@ static void power_and_glare_by_day_are_told(void **state)
     cJSON_Delete(is);
 }
 
+/* Values of points of eyes have a name of their own; where the worst is, is told; their points are told with the
+ * direction. */
+static void eyes_are_watched(void **state)
+{
+    struct client *c = *state;
+    uint64_t rev = client_apply(
+        c, "[{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"eyes\",\"kind\":\"line\",\"quantity\":\"ugr\",\"position\":["
+           "50,1,50],"
+           "\"u\":[2,0,0],\"spacing_m\":1,\"directions\":4,\"target_ugr\":19},"
+           "{\"op\":\"add\",\"type\":\"light\",\"id\":\"panel\",\"kind\":\"quad\",\"position\":[50,2,47],\"u\":[1,0,0],"
+           "\"v\":[0,0.5,0.5],\"luminance_cd_m2\":3000},"
+           "{\"op\":\"add\",\"type\":\"light\",\"id\":\"sky\",\"kind\":\"environment\",\"luminance_cd_m2\":30}]");
+    cJSON_Delete(watch(c, true));
+    cJSON *is = settled_with(c, "eyes", "worst_point", rev);
+    const cJSON *points = cJSON_GetObjectItem(is, "point_ugr");
+    assert_int_equal(cJSON_GetArraySize(points), 2);
+    double most = fmax(cJSON_GetArrayItem(points, 0)->valuedouble, cJSON_GetArrayItem(points, 1)->valuedouble);
+    assert_true(fabs(most - cJSON_GetObjectItem(is, "ugr")->valuedouble) < 0.01);
+    assert_true(fabs(cJSON_GetArrayItem(cJSON_GetObjectItem(is, "worst_direction"), 2)->valuedouble + 1.0) < 1e-6);
+    assert_null(cJSON_GetObjectItem(is, "em_lx"));
+    assert_null(cJSON_GetObjectItem(is, "lx"));
+    assert_non_null(cJSON_GetObjectItem(cJSON_GetObjectItem(is, "targets"), "ugr"));
+    cJSON_Delete(is);
+}
+
 /* A ground of 3 km by 2 km, and one of 1 km by 1 m, have more points by the standard than a sensor may: what is placed
  * there says how far apart as many lie as it may have, and is accepted. */
 static void a_plane_over_a_town_is_placed(void **state)
@@ -360,6 +385,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(values_of_an_older_revision_hold_where_light_is_the_same, client_setup,
                                         client_teardown),
         cmocka_unit_test_setup_teardown(points_are_read, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(eyes_are_watched, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_plane_over_a_town_is_placed, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(too_many_points_are_refused, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(every_sensor_follows_a_hand_that_does_not_rest, client_setup, client_teardown),

@@ -163,17 +163,18 @@ class Medium(TypedDict, total=False):
 
 class Sensor(TypedDict, total=False):
     kind: Required[Literal["point", "line", "grid", "observer"]]  # where it measures; observer: glare
-    quantity: Literal["plane", "cylindrical", "semicylindrical", "modelling"]  # default plane; point, line, grid: which illuminance
+    quantity: Literal["plane", "cylindrical", "semicylindrical", "modelling", "ugr"]  # default plane; point, line, grid: which illuminance; or glare of eyes there
     position: Required[Sequence[float]]  # 3 m; -1e9 to 1e9; the point; the middle of a line or grid; the eye
     u: Sequence[float]  # 3 m; -1e9 to 1e9; default 1 0 0; line, grid: full edge
     v: Sequence[float]  # 3 m; -1e9 to 1e9; default 0 0 1; grid: full edge
     normal: Sequence[float]  # 3; -1e9 to 1e9; default 0 1 0; see PROTOCOL.md
-    direction: Sequence[float]  # 3; -1e9 to 1e9; default 0 0 -1; line of sight of an observer; where a half cylinder faces
+    direction: Sequence[float]  # 3; -1e9 to 1e9; default 0 0 -1; line of sight of an observer, and the first of eyes (ugr); where a half cylinder faces
+    directions: int  # 1 to 64; default 8; point, line, grid: ugr: lines of sight of each eye, evenly around the vertical
     spacing_m: float | None  # m; 1e-06 to 1e9; line, grid: between points, at most; null: by EN 12464-1
     floor_m2: float | None  # m2; 1e-06 to 1e+18; grid: of the room, over which power is told; null: the grid's own area
     target_lx: float | None  # lx; 1e-06 to 1e9; point, line, grid: mean that is wanted, at least
     target_uo: float | None  # 1e-06 to 1; line, grid: least over mean, at least
-    target_ugr: float | None  # 1e-06 to 100; observer: at most
+    target_ugr: float | None  # 1e-06 to 100; point, line, grid, observer: at most; else with quantity ugr alone
     target_dgp: float | None  # 1e-06 to 1; observer: at most
     name: str | None  # for people
 
