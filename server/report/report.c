@@ -47,7 +47,10 @@ static const char head[] =
 
 static void put_name(FILE *f, const struct lum_measured *m)
 {
-    lum_page_text(f, m->name && m->name[0] ? m->name : m->id ? m->id : "Work plane");
+    lum_page_text(f, m->name && m->name[0]           ? m->name
+                     : m->id                         ? m->id
+                     : lum_sensor_has_eyes(&m->desc) ? "Eyes"
+                                                     : "Work plane");
 }
 
 /* So many digits, but never as a power of ten: people read this. */

@@ -81,6 +81,30 @@ static void assert_near(double got, double want)
         fail_msg("%.9g lx, expected %.9g", got, want);
 }
 
+/* What was told of a report, in order: stages and counts, that rise to what they are of. */
+static void check_progress(const struct client *c)
+{
+    static const char *const stages[] = {"sensors", "picture", "illuminance"};
+    size_t stage = 0, n[3] = {0};
+    double last = -1.0;
+    for (size_t i = 0; i < c->n_texts; i++) {
+        if (!strstr(c->texts[i], "\"report.progress\""))
+            continue;
+        cJSON *text = cJSON_Parse(c->texts[i]);
+        const cJSON *params = cJSON_GetObjectItem(text, "params");
+        double done = cJSON_GetObjectItem(params, "done")->valuedouble,
+               of = cJSON_GetObjectItem(params, "of")->valuedouble;
+        while (stage < 2 && strcmp(cJSON_GetObjectItem(params, "stage")->valuestring, stages[stage]) != 0)
+            stage++, last = -1.0;
+        assert_string_equal(cJSON_GetObjectItem(params, "stage")->valuestring, stages[stage]);
+        assert_true(done > last && done <= of);
+        last = done;
+        n[stage]++;
+        cJSON_Delete(text);
+    }
+    assert_true(n[0] > 0 && n[1] > 0 && n[2] > 0);
+}
+
 /* A report and an edit at once: the edit does not wait, and the page is of one of both revisions alone. A second report
  * of the session is refused; one of a session that ends is dropped. */
 static void a_report_is_of_one_revision(void **state)
@@ -103,6 +127,7 @@ static void a_report_is_of_one_revision(void **state)
     assert_non_null(strstr(html, after ? "<td class=\"n\">2513<" : "<td class=\"n\">1257<")); /* 4 pi lm for each cd */
     assert_non_null(strstr(html, "data:image/png"));
     cJSON_Delete(reply);
+    check_progress(c);
     q = client_request(c, &lum_request_report_get);
     q->view_id = 7;
     assert_refused(client_ask(c, q), "not_found", "view_id");

@@ -285,6 +285,7 @@ export interface Notifications {
         emits?: Readonly<Record<string, Partial<Emits> | null>>;
     };
     'import.progress': { id: string; stage: string; fraction: number };
+    'report.progress': { stage: 'sensors' | 'picture' | 'illuminance'; done: number; of: number };
     'frame.stats': FrameStats;
     sensors: { sensors: readonly SensorValue[] };
     'preset.fading': { id: string; fade_s: number; left_s: number };

@@ -504,6 +504,8 @@ export class App {
             this.convergence.stats(params, performance.now());
         } else if (method === 'preset.fading') {
             this.presets.notified(params);
+        } else if (method === 'report.progress') {
+            this.downloads.notified(params);
         } else if (method === 'sensors') {
             this.sensors.notified(params);
         } else if (method === 'import.progress') {

@@ -72,6 +72,7 @@ export function SensorPanel() {
                     </button>
                 </div>
             )}
+            {app.downloads.reporting.value && <p class="hint">Report: {app.downloads.reportStage.value || 'waiting for its turn'}</p>}
             {ids.length > 0 && !app.mayMeasure.value && <p class="hint">{NOT_TO_MEASURE}</p>}
             {ids.length === 0 && <p class="hint">A work plane shows the mean illuminance and its uniformity while you move lamps.</p>}
             {worst && <p class="hint">{worst}</p>}
