@@ -1,10 +1,10 @@
 /* The table of albedos of brushed surfaces. */
 #include "core/material/brushed.h"
 
-/* Nodes: alpha = 10^(-3 + 3 j / 11), or the one that there is; cos = (i / 13)^3; cosine of the azimuth, from the
- * stretch, = (k / 6)^2. Near grazing the albedo turns with the roughness seen from there over the cosine: that falls
- * fast where one looks across the stretch. */
-enum { ALPHAS = 12, COSINES = 14, AZIMUTHS = 7, SAMPLES = 16 };
+/* Nodes: strength = k / 7, alpha = 10^(-3 + 3 j / 11), or the one that there is of either; cos = (i / 13)^3; cosine of
+ * the azimuth, from the stretch, = (k / 6)^2. Near grazing the albedo turns with the roughness seen from there over the
+ * cosine: that falls fast where one looks across the stretch. */
+enum { STRENGTHS = 8, ALPHAS = 12, COSINES = 14, AZIMUTHS = 7, SAMPLES = 16 };
 
 struct albedo {
     float a, b; /* for F = 1, and for F = (1 - v.h)^5 */
@@ -16,8 +16,9 @@ struct by_alpha {
 };
 struct lum_brushed_table {
     struct lum_refs refs;
-    uint32_t n;
-    struct by_alpha of[];
+    float strength, alpha; /* as asked for */
+    uint32_t n_strengths, n_alphas;
+    struct by_alpha of[]; /* by strength, then alpha */
 };
 
 static struct albedo mix(struct albedo x, struct albedo y, float w)
@@ -102,18 +103,26 @@ static void fill(struct by_alpha *t, struct lum_vec2 alpha)
 
 struct lum_brushed_table *lum_brushed_table_create(float strength, float alpha)
 {
-    uint32_t n = alpha >= 0.0f ? 1 : ALPHAS;
-    struct lum_brushed_table *table = lum_calloc(1, sizeof *table + n * sizeof table->of[0]);
+    uint32_t n_strengths = strength >= 0.0f ? 1 : STRENGTHS, n_alphas = alpha >= 0.0f ? 1 : ALPHAS;
+    struct lum_brushed_table *table = lum_calloc(1, sizeof *table + n_strengths * n_alphas * sizeof table->of[0]);
     if (!table)
         return NULL;
     lum_refs_init(&table->refs);
-    table->n = n;
-    for (uint32_t j = 0; j < n; j++) {
-        float across = n == 1 ? alpha : powf(LUM_ALPHA_MIN, 1.0f - (float)j / (ALPHAS - 1));
-        fill(&table->of[j], (struct lum_vec2){lum_max(lum_brushed_along(across, strength), LUM_ALPHA_MIN),
-                                              lum_max(across, LUM_ALPHA_MIN)});
+    table->strength = strength, table->alpha = alpha;
+    table->n_strengths = n_strengths, table->n_alphas = n_alphas;
+    for (uint32_t i = 0; i < n_strengths * n_alphas; i++) {
+        uint32_t k = i / n_alphas, j = i % n_alphas;
+        float s = n_strengths == 1 ? strength : (float)k / (STRENGTHS - 1);
+        float across = n_alphas == 1 ? alpha : powf(LUM_ALPHA_MIN, 1.0f - (float)j / (ALPHAS - 1));
+        fill(&table->of[i],
+             (struct lum_vec2){lum_max(lum_brushed_along(across, s), LUM_ALPHA_MIN), lum_max(across, LUM_ALPHA_MIN)});
     }
     return table;
+}
+
+bool lum_brushed_table_serves(const struct lum_brushed_table *table, float strength, float alpha)
+{
+    return table->strength == strength && table->alpha == alpha;
 }
 
 struct lum_brushed_table *lum_brushed_table_ref(const struct lum_brushed_table *table)
@@ -128,35 +137,77 @@ void lum_brushed_table_unref(const struct lum_brushed_table *table)
         lum_free((struct lum_brushed_table *)table);
 }
 
-struct lum_ggx_row lum_brushed_row(const struct lum_brushed_table *table, float alpha)
+struct lum_brushed_row lum_brushed_row(const struct lum_brushed_table *table, float strength, float alpha)
 {
-    if (table->n == 1)
-        return (struct lum_ggx_row){0, 0.0f};
-    struct node at = node_at(1.0f - log10f(lum_max(alpha, LUM_ALPHA_MIN)) / log10f(LUM_ALPHA_MIN), ALPHAS);
-    return (struct lum_ggx_row){at.i, at.w};
+    struct lum_brushed_row row = {{0, 0.0f}, {0, 0.0f}};
+    if (table->n_alphas > 1) {
+        struct node at = node_at(1.0f - log10f(lum_max(alpha, LUM_ALPHA_MIN)) / log10f(LUM_ALPHA_MIN), ALPHAS);
+        row.alpha = (struct lum_ggx_row){at.i, at.w};
+    }
+    if (table->n_strengths > 1) {
+        struct node at = node_at(strength, STRENGTHS);
+        row.strength = (struct lum_ggx_row){at.i, at.w};
+    }
+    return row;
 }
 
-struct lum_ggx_albedo lum_brushed_albedo(const struct lum_brushed_table *table, struct lum_ggx_row row,
+/* Nodes around a row, up to four, with the weight of each. */
+struct corner {
+    const struct by_alpha *of;
+    float w;
+};
+
+static uint32_t corners_of(const struct lum_brushed_table *table, const struct lum_brushed_row *row,
+                           struct corner ret_corners[4])
+{
+    uint32_t n = 0;
+    for (uint32_t k = 0; k < (row->strength.w > 0.0f ? 2u : 1u); k++)
+        for (uint32_t j = 0; j < (row->alpha.w > 0.0f ? 2u : 1u); j++) {
+            float w = (k ? row->strength.w : 1.0f - row->strength.w) * (j ? row->alpha.w : 1.0f - row->alpha.w);
+            const struct by_alpha *of = &table->of[(row->strength.i + k) * table->n_alphas + row->alpha.i + j];
+            ret_corners[n++] = (struct corner){of, w};
+        }
+    return n;
+}
+
+static void add(struct albedo *sum, float w, struct albedo e)
+{
+    sum->a += w * e.a;
+    sum->b += w * e.b;
+}
+
+struct lum_ggx_albedo lum_brushed_albedo(const struct lum_brushed_table *table, const struct lum_brushed_row *row,
                                          struct lum_vec3 w)
 {
     float sin = sqrtf(w.x * w.x + w.y * w.y), azimuth = sin > 0.0f ? fabsf(w.x) / sin : 1.0f;
     struct node c = node_at(cbrtf(lum_min(fabsf(w.z), 1.0f)), COSINES), z = node_at(sqrtf(azimuth), AZIMUTHS);
-    struct albedo e[2] = {{0}};
-    for (uint32_t k = 0; k < (row.w > 0.0f ? 2 : 1); k++) {
-        const struct by_alpha *t = &table->of[row.i + k];
-        e[k] = mix(at_azimuth(t->at[c.i], z), at_azimuth(t->at[c.i + 1], z), c.w);
+    struct corner corners[4];
+    struct albedo e = {0};
+    uint32_t n = corners_of(table, row, corners);
+    for (uint32_t k = 0; k < n; k++) {
+        const struct by_alpha *t = corners[k].of;
+        add(&e, corners[k].w, mix(at_azimuth(t->at[c.i], z), at_azimuth(t->at[c.i + 1], z), c.w));
     }
-    return of(row.w > 0.0f ? mix(e[0], e[1], row.w) : e[0]);
+    return of(e);
 }
 
-struct lum_ggx_albedo lum_brushed_albedo_at(const struct lum_brushed_table *table, struct lum_ggx_row row, float cos)
+struct lum_ggx_albedo lum_brushed_albedo_at(const struct lum_brushed_table *table, const struct lum_brushed_row *row,
+                                            float cos)
 {
-    struct albedo e = around_at(&table->of[row.i], cos);
-    return of(row.w > 0.0f ? mix(e, around_at(&table->of[row.i + 1], cos), row.w) : e);
+    struct corner corners[4];
+    struct albedo e = {0};
+    uint32_t n = corners_of(table, row, corners);
+    for (uint32_t k = 0; k < n; k++)
+        add(&e, corners[k].w, around_at(corners[k].of, cos));
+    return of(e);
 }
 
-struct lum_ggx_albedo lum_brushed_albedo_mean(const struct lum_brushed_table *table, struct lum_ggx_row row)
+struct lum_ggx_albedo lum_brushed_albedo_mean(const struct lum_brushed_table *table, const struct lum_brushed_row *row)
 {
-    struct albedo e = table->of[row.i].mean;
-    return of(row.w > 0.0f ? mix(e, table->of[row.i + 1].mean, row.w) : e);
+    struct corner corners[4];
+    struct albedo e = {0};
+    uint32_t n = corners_of(table, row, corners);
+    for (uint32_t k = 0; k < n; k++)
+        add(&e, corners[k].w, corners[k].of->mean);
+    return of(e);
 }

@@ -55,21 +55,27 @@ static inline struct lum_vec3 lum_brushed_sample_visible(struct lum_vec3 o, stru
     return lum_normalize(lum_v3(c.x * alpha.x, c.y * alpha.y, lum_max(c.z, 0.0f)));
 }
 
-/* What such facets reflect of light that meets one of them: struct lum_ggx_albedo by roughness across, cosine and
- * azimuth, for one strength. A table, made by quadrature: the isotropic one is off by up to 0.4. Interpolated, within
+/* What such facets reflect of light that meets one of them: struct lum_ggx_albedo by strength, roughness across, cosine
+ * and azimuth. A table, made by quadrature: the isotropic one is off by up to 0.4. Interpolated, within
  * 0.02 of the albedo, 0.003 on average. Immutable, shared. */
 struct lum_brushed_table;
-/* alpha: across. 0 or more: for that alone; else for all, where a texture says it. NULL: no memory. */
+/* alpha: across. 0 or more: for that alone; else for all, where a texture says it. So with strength. NULL: no memory.
+ */
 struct lum_brushed_table *lum_brushed_table_create(float strength, float alpha);
+bool lum_brushed_table_serves(const struct lum_brushed_table *table, float strength, float alpha); /* as created */
 struct lum_brushed_table *lum_brushed_table_ref(const struct lum_brushed_table *table);
 void lum_brushed_table_unref(const struct lum_brushed_table *table); /* accepts NULL */
 
 /* Of a surface, for every direction. */
-struct lum_ggx_row lum_brushed_row(const struct lum_brushed_table *table, float alpha);
+struct lum_brushed_row {
+    struct lum_ggx_row alpha, strength;
+};
+struct lum_brushed_row lum_brushed_row(const struct lum_brushed_table *table, float strength, float alpha);
 /* w: local, on either side; by a cosine: mean over azimuths; _mean: as lum_ggx_albedo_mean. */
-struct lum_ggx_albedo lum_brushed_albedo(const struct lum_brushed_table *table, struct lum_ggx_row row,
+struct lum_ggx_albedo lum_brushed_albedo(const struct lum_brushed_table *table, const struct lum_brushed_row *row,
                                          struct lum_vec3 w);
-struct lum_ggx_albedo lum_brushed_albedo_at(const struct lum_brushed_table *table, struct lum_ggx_row row, float cos);
-struct lum_ggx_albedo lum_brushed_albedo_mean(const struct lum_brushed_table *table, struct lum_ggx_row row);
+struct lum_ggx_albedo lum_brushed_albedo_at(const struct lum_brushed_table *table, const struct lum_brushed_row *row,
+                                            float cos);
+struct lum_ggx_albedo lum_brushed_albedo_mean(const struct lum_brushed_table *table, const struct lum_brushed_row *row);
 
 #endif

@@ -88,25 +88,25 @@ static struct facet facet_at(const struct lum_bsdf *b, float c)
 struct lum_ggx_albedo lum_bsdf_facet_albedo(const struct lum_bsdf *b, struct lum_vec3 w)
 {
     if (b->brushed)
-        return lum_brushed_albedo(b->brushed, b->row, lum_frame_to_local(&b->frame, w));
+        return lum_brushed_albedo(b->brushed, &b->brushed_row, lum_frame_to_local(&b->frame, w));
     return lum_ggx_albedo(b->row, fabsf(lum_dot(b->frame.n, w)));
 }
 
 struct lum_ggx_albedo lum_bsdf_facet_albedo_mean(const struct lum_bsdf *b)
 {
-    return b->brushed ? lum_brushed_albedo_mean(b->brushed, b->row) : lum_ggx_albedo_mean(b->row);
+    return b->brushed ? lum_brushed_albedo_mean(b->brushed, &b->brushed_row) : lum_ggx_albedo_mean(b->row);
 }
 
 /* Mean over azimuths. */
 static struct lum_ggx_albedo facet_albedo_at(const struct lum_bsdf *b, float cos)
 {
-    return b->brushed ? lum_brushed_albedo_at(b->brushed, b->row, cos) : lum_ggx_albedo(b->row, cos);
+    return b->brushed ? lum_brushed_albedo_at(b->brushed, &b->brushed_row, cos) : lum_ggx_albedo(b->row, cos);
 }
 
 /* i: local, on either side. */
 static struct lum_ggx_albedo facet_albedo_to(const struct lum_bsdf *b, struct lum_vec3 i)
 {
-    return b->brushed ? lum_brushed_albedo(b->brushed, b->row, i) : lum_ggx_albedo(b->row, fabsf(i.z));
+    return b->brushed ? lum_brushed_albedo(b->brushed, &b->brushed_row, i) : lum_ggx_albedo(b->row, fabsf(i.z));
 }
 
 float lum_bsdf_through_base(const struct lum_bsdf *b, float cos)

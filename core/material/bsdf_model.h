@@ -24,11 +24,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "core/material/brushed.h"
 #include "core/material/ggx.h"
 #include "core/math/rgb.h"
 #include "core/math/vec.h"
 
-struct lum_brushed_table;
 struct lum_material;
 struct lum_surface;
 
@@ -85,7 +85,8 @@ struct lum_bsdf {
     float alpha;        /* GGX roughness; 0: delta. Brushed: of even roughness that spreads about as much */
     struct lum_vec2 spread;                  /* of what is brushed: along frame.t and frame.b */
     const struct lum_brushed_table *brushed; /* facets lean farther along frame.t than across; NULL: alike all ways */
-    struct lum_ggx_row row;                  /* of alpha */
+    struct lum_brushed_row brushed_row;      /* of that table */
+    struct lum_ggx_row row;                  /* of alpha, where it is alike all ways */
     float eta; /* n on wo's side / n on the other; of what is thin or straight, from outside. 1: no interface */
     struct lum_sheen sheen;
     struct lum_clearcoat clear;

@@ -35,7 +35,7 @@ static bool is_smooth(const struct lum_material *m)
     float alpha = m->roughness * m->roughness;
     if (lum_material_is_brushed(m))
         alpha = lum_brushed_along(alpha, m->anisotropy);
-    return alpha < LUM_ALPHA_MIN && !m->metallic_roughness_tex.image;
+    return alpha < LUM_ALPHA_MIN && !m->metallic_roughness_tex.image && !m->anisotropy_tex.image;
 }
 
 bool lum_material_is_specular(const struct lum_material *m)
@@ -134,6 +134,27 @@ static struct lum_vec3 normal_facing(struct lum_vec3 ns, struct lum_vec3 ng, str
     return lum_dot(n, wo) > 0.0f ? n : ng;
 }
 
+/* How far, and which way, a point is brushed. */
+struct lines {
+    float strength;
+    struct lum_vec2 stretch; /* unit, along tangent and bitangent */
+};
+
+/* The texture's red and green are a direction, from which the material's turns on; none where they are level. */
+static struct lines lines_at(const struct lum_material *m, struct lum_vec2 uv)
+{
+    struct lines l = {clamp01(m->anisotropy), m->stretch};
+    if (!m->anisotropy_tex.image)
+        return l;
+    struct lum_rgb c = lum_texture_sample(&m->anisotropy_tex, uv).rgb;
+    float x = 2.0f * c.r - 1.0f, y = 2.0f * c.g - 1.0f, length = sqrtf(x * x + y * y);
+    l.strength *= clamp01(c.b);
+    if (length > 0x1p-7f) /* a step of a byte is as much */
+        l.stretch = (struct lum_vec2){(m->stretch.x * x - m->stretch.y * y) / length,
+                                      (m->stretch.y * x + m->stretch.x * y) / length};
+    return l;
+}
+
 /* Turns it about its normal so that t runs along the stretch. The bitangent is the one of a normal map (see there),
  * seen from the front: from behind the same scratches are seen. */
 static void turn_frame(struct lum_frame *f, struct lum_vec2 stretch, const struct lum_surface *s)
@@ -152,8 +173,8 @@ static void turn_frame(struct lum_frame *f, struct lum_vec2 stretch, const struc
 }
 
 /* Frame and sides. False when wo lies in the surface, or the surface has no normal. */
-static bool init_frame(struct lum_bsdf *b, const struct lum_material *m, const struct lum_surface *s,
-                       struct lum_vec3 wo)
+static bool init_frame(struct lum_bsdf *b, const struct lum_material *m, const struct lines *lines,
+                       const struct lum_surface *s, struct lum_vec3 wo)
 {
     struct lum_vec3 ns = mapped_normal(m, s);
     b->ng = s->ng;
@@ -167,7 +188,7 @@ static bool init_frame(struct lum_bsdf *b, const struct lum_material *m, const s
     }
     b->frame = lum_frame_from_normal(normal_facing(ns, b->ng, wo));
     if (lum_material_is_brushed(m))
-        turn_frame(&b->frame, m->stretch, s);
+        turn_frame(&b->frame, lines->stretch, s);
     return true;
 }
 
@@ -194,29 +215,31 @@ struct shares {
     struct lum_rgb base;
 };
 
-static void init_roughness(struct lum_bsdf *b, const struct lum_material *m, float alpha)
+static void init_roughness(struct lum_bsdf *b, const struct lum_material *m, const struct lines *lines, float alpha)
 {
-    float along = lum_material_is_brushed(m) ? lum_brushed_along(alpha, clamp01(m->anisotropy)) : alpha;
+    float along = lum_material_is_brushed(m) ? lum_brushed_along(alpha, lines->strength) : alpha;
     b->alpha = alpha;
     if (along < LUM_ALPHA_MIN)
-        b->alpha = m->metallic_roughness_tex.image ? LUM_ALPHA_MIN : 0.0f;
+        b->alpha = m->metallic_roughness_tex.image || m->anisotropy_tex.image ? LUM_ALPHA_MIN : 0.0f;
     else if (along > lum_max(alpha, LUM_ALPHA_MIN)) {
         b->spread = (struct lum_vec2){along, lum_max(alpha, LUM_ALPHA_MIN)};
         b->brushed = m->brushed;
+        b->brushed_row = lum_brushed_row(m->brushed, lines->strength, b->spread.y);
         b->alpha = sqrtf(0.5f * (b->spread.x * b->spread.x + b->spread.y * b->spread.y));
     } else if (lum_material_is_brushed(m))
         b->alpha = lum_max(alpha, LUM_ALPHA_MIN);
 }
 
 /* The mix of metal, coated base and glass; each share times its own parameters (bsdf.h). */
-static struct shares init_lobes(struct lum_bsdf *b, const struct lum_material *m, const struct lum_surface *s)
+static struct shares init_lobes(struct lum_bsdf *b, const struct lum_material *m, const struct lines *lines,
+                                const struct lum_surface *s)
 {
     struct lum_texel_value mr = lum_texture_sample(&m->metallic_roughness_tex, s->uv);
     float metal = clamp01(m->metallic * mr.rgb.b), roughness = clamp01(m->roughness * mr.rgb.g);
     float glass = (1.0f - metal) * clamp01(m->transmission), coated = 1.0f - metal - glass;
     struct lum_rgb base = base_color(m, s->uv, s->vertex_color);
 
-    init_roughness(b, m, roughness * roughness);
+    init_roughness(b, m, lines, roughness * roughness);
 
     float ior = lum_max(m->ior, 1.0f), r = (ior - 1.0f) / (ior + 1.0f);
     bool matched = lum_ior_is_matched(ior);
@@ -287,7 +310,8 @@ static void init_weights(struct lum_bsdf *b, const struct shares *of, struct lum
         b->lobes = lum_luminance(b->diffuse);
         return;
     }
-    b->row = b->brushed ? lum_brushed_row(b->brushed, b->spread.y) : lum_ggx_row(b->alpha);
+    if (!b->brushed)
+        b->row = lum_ggx_row(b->alpha);
     struct lum_ggx_albedo e = lum_bsdf_facet_albedo(b, wo), mean = lum_bsdf_facet_albedo_mean(b);
     float lost = 1.0f - (e.scale + e.bias), mean_kept = mean.scale + mean.bias;
     float coat_f0 = lum_rgb_max(b->glass_f0), coat_f90 = b->glass_f90, coat_multi = 0.0f;
@@ -371,9 +395,10 @@ void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, cons
     }
     *ret_bsdf =
         (struct lum_bsdf){.eta = 1.0f, .emission = lum_material_emission(m, s->emission, s->uv, s->vertex_color)};
-    if (!init_frame(ret_bsdf, m, s, wo) || m->unlit)
+    struct lines lines = lines_at(m, s->uv);
+    if (!init_frame(ret_bsdf, m, &lines, s, wo) || m->unlit)
         return;
-    struct shares shares = init_lobes(ret_bsdf, m, s);
+    struct shares shares = init_lobes(ret_bsdf, m, &lines, s);
     init_weights(ret_bsdf, &shares, wo);
     if (lum_rgb_max(m->sheen_color) > 0.0f)
         lum_sheen_init(ret_bsdf, clamp01_rgb(m->sheen_color), clamp01(m->sheen_roughness), wo);

@@ -33,7 +33,7 @@ struct lum_texel_value lum_texture_sample(const struct lum_texture *texture, str
 
 struct lum_brushed_table;
 struct lum_material {
-    struct lum_texture base_color_tex, metallic_roughness_tex, emission_tex, normal_tex;
+    struct lum_texture base_color_tex, metallic_roughness_tex, emission_tex, normal_tex, anisotropy_tex;
     struct lum_rgb base_color, specular_color, emission; /* emission: radiance, cd/m2 */
     struct lum_rgb diffuse_transmittance;                /* of a sheet; black: it is none */
     struct lum_rgb sheen_color;                          /* of fuzz; black: there is none */
@@ -51,7 +51,8 @@ struct lum_material {
 };
 
 /* True when the material lets light through or mirrors without spread, so that a deferred method must recurse. Where a
- * texture sets the roughness it is never below LUM_ALPHA_MIN, so that this depends on the material alone. */
+ * texture sets the roughness, or how far it is brushed, it is never below LUM_ALPHA_MIN, so that this depends on the
+ * material alone. */
 bool lum_material_is_specular(const struct lum_material *m);
 
 /* True when facets lean farther one way than across: of such a surface lum_surface has the tangent. */

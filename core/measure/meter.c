@@ -242,10 +242,12 @@ static void check(struct lum_meter *m, uint32_t place)
     struct lum_vec3 p = place_in_scene(m, place);
     bool near = lum_max(lum_max(fabsf(p.x), fabsf(p.y)), fabsf(p.z)) < LUM_RAY_LIMIT;
     struct knows *k = &m->knows[place];
-    if (m->places[place].kind == LUM_METER_EYE)
+    const struct lum_meter_place *at = &m->places[place];
+    bool is_eye = at->kind == LUM_METER_EYE;
+    if (is_eye && !at->is_roomy)
         k->clearance = near ? LUM_CLEARANCE_FREE : LUM_CLEARANCE_FAR;
     else
-        k->clearance = lum_clearance_of(m->snapshot, p, m->places[place].normal);
+        k->clearance = lum_clearance_of(m->snapshot, p, is_eye ? lum_v3(0, 1, 0) : at->normal);
     k->checked = true;
 }
 

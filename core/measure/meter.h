@@ -22,6 +22,7 @@ struct lum_meter_place {
     struct lum_vec3d point_world; /* metres */
     struct lum_vec3 normal;       /* of the plane, to its lit side; or the axis. Any length but 0 */
     struct lum_vec3 facing;       /* HALF_CYLINDER: phi0, not along the axis */
+    bool is_roomy;                /* EYE: clearance is asked of it as of a level plane */
     enum lum_meter_kind kind;
 };
 
@@ -32,7 +33,8 @@ struct lum_meter_reading {
 
 struct lum_meter;
 
-/* Copies the places. Of those of kind EYE no more clearance is asked than that they are not too far. */
+/* Copies the places. Of those of kind EYE that are not to be roomy no more clearance is asked than that they
+ * are not too far. */
 LUM_MUST_USE enum lum_status lum_meter_create(const struct lum_meter_place *places, uint32_t n, uint32_t seed,
                                               struct lum_meter **ret_meter, struct lum_error *err);
 void lum_meter_destroy(struct lum_meter *meter); /* accepts NULL */

@@ -1,8 +1,11 @@
 #include "core/measure/sensor.h"
 
+#include "core/measure/gazes.h"
+
 #define GLARE_RAYS 64u    /* of a lamp, at most */
 #define EYE_ROUNDS_MIN 2u /* of each half */
 #define EYE_ROUNDS_MAX 64u
+#define EYE_SAMPLES 64u      /* that take as long as a close look at the lamps, about */
 #define EYE_ERROR 0.003      /* of DGP, standard: its bands are 0.05 wide */
 #define GLARE_RAYS_ALL 8192u /* of all lamps, where that leaves 4 for each: it takes some milliseconds */
 
@@ -14,6 +17,7 @@ struct lum_sensor {
     bool looked;                         /* glare is known */
     struct lum_glare glare;
     struct lum_fisheye *eye; /* of an observer, else NULL */
+    struct lum_gazes *gazes; /* of eyes, else NULL: by point, then direction, as the meter's places */
     enum { EYE_SHUT, EYE_GLANCED, EYE_OPEN, EYE_SETTLED } seen;
     bool bright_known;
     struct lum_bright bright; /* what it saw: of a glance until it knows more */
@@ -45,9 +49,10 @@ static enum lum_status lay_out(const struct lum_sensor_desc *d, uint32_t max_poi
         nu = points_along(d, a, spacing);
     if (d->kind == LUM_SENSOR_GRID)
         nv = points_along(d, b, spacing);
-    if (!(nu * nv <= (double)max_points))
+    uint32_t most = lum_sensor_has_eyes(d) && d->n_directions > 0 ? max_points / d->n_directions : max_points;
+    if (!(nu * nv <= (double)most))
         return lum_fail(err, LUM_ERR_LIMIT, "spacing_m",
-                        "%.0f x %.0f points are more than %u: a wider spacing is needed", nu, nv, max_points);
+                        "%.0f x %.0f points are more than %u: a wider spacing is needed", nu, nv, most);
     *ret_nu = (uint32_t)nu;
     *ret_nv = (uint32_t)nv;
     return LUM_OK;
@@ -69,6 +74,29 @@ struct lum_vec3d lum_sensor_point(const struct lum_sensor *s, uint32_t i)
            v = d->kind == LUM_SENSOR_GRID ? ((double)(i / s->nu) + 0.5) / s->nv - 0.5 : 0.0;
     return (struct lum_vec3d){p.x + u * d->u.x + v * d->v.x, p.y + u * d->u.y + v * d->v.y,
                               p.z + u * d->u.z + v * d->v.z};
+}
+
+struct lum_vec3 lum_sensor_direction(const struct lum_sensor *s, uint32_t direction)
+{
+    struct lum_vec3 d = s->desc.facing;
+    float angle = 2.0f * LUM_PI * (float)direction / (float)s->desc.n_directions, c = cosf(angle), n = sinf(angle);
+    return lum_v3(c * d.x + n * d.z, d.y, c * d.z - n * d.x);
+}
+
+static enum lum_status create_eyes(struct lum_sensor *s, struct lum_error *err)
+{
+    uint32_t n_directions = s->desc.n_directions, n = s->nu * s->nv * n_directions;
+    struct lum_meter_place *places = lum_calloc(n, sizeof *places);
+    if (!places)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for %u eyes", n);
+    for (uint32_t i = 0; i < n; i++)
+        places[i] = (struct lum_meter_place){.point_world = lum_sensor_point(s, i / n_directions),
+                                             .normal = lum_sensor_direction(s, i % n_directions),
+                                             .kind = LUM_METER_EYE,
+                                             .is_roomy = true};
+    enum lum_status st = lum_meter_create(places, n, s->desc.seed, &s->meter, err);
+    lum_free(places);
+    return st ? st : lum_gazes_create(n, &s->gazes, err);
 }
 
 static enum lum_status create_meter(struct lum_sensor *s, struct lum_error *err)
@@ -100,7 +128,7 @@ enum lum_status lum_sensor_create(const struct lum_sensor_desc *desc, uint32_t m
     s->desc = *desc;
     enum lum_status st = lay_out(desc, max_points, &s->nu, &s->nv, err);
     if (!st)
-        st = create_meter(s, err);
+        st = lum_sensor_has_eyes(desc) ? create_eyes(s, err) : create_meter(s, err);
     if (!st && desc->kind == LUM_SENSOR_OBSERVER)
         st = lum_fisheye_create(&s->eye, err);
     if (st) {
@@ -117,6 +145,7 @@ void lum_sensor_destroy(struct lum_sensor *s)
         return;
     lum_meter_destroy(s->meter);
     lum_fisheye_destroy(s->eye);
+    lum_gazes_destroy(s->gazes);
     lum_free(s);
 }
 
@@ -128,9 +157,12 @@ enum lum_status lum_sensor_copy(const struct lum_sensor *of, struct lum_sensor *
     *s = *of;
     s->meter = NULL;
     s->eye = NULL;
+    s->gazes = NULL;
     enum lum_status st = lum_meter_copy(of->meter, &s->meter, err);
     if (!st && of->eye)
         st = lum_fisheye_copy(of->eye, &s->eye, err);
+    if (!st && of->gazes)
+        st = lum_gazes_copy(of->gazes, &s->gazes, err);
     if (st) {
         lum_sensor_destroy(s);
         return st;
@@ -147,7 +179,7 @@ void lum_sensor_size(const struct lum_sensor *s, uint32_t *ret_nu, uint32_t *ret
 
 struct lum_meter_reading lum_sensor_reading(const struct lum_sensor *s, uint32_t i)
 {
-    return lum_meter_read(s->meter, i);
+    return lum_meter_read(s->meter, s->gazes ? i * s->desc.n_directions : i);
 }
 
 struct lum_meter_reading lum_sensor_cylindrical(const struct lum_sensor *s, uint32_t i)
@@ -168,6 +200,8 @@ void lum_sensor_aim(struct lum_sensor *s, const struct lum_snapshot *snapshot)
     s->glare = (struct lum_glare){0};
     s->bright = (struct lum_bright){0};
     s->seen = EYE_SHUT;
+    if (s->gazes)
+        lum_gazes_forget(s->gazes);
     s->eye_paths = 0;
 }
 
@@ -205,9 +239,30 @@ static void glance_around(struct lum_sensor *s, struct lum_pool *pool)
         look_around(s, pool, LUM_FISHEYE_GLANCE_SIDE * LUM_FISHEYE_GLANCE_SIDE);
 }
 
+static struct lum_gazer gazer_of(const void *user, uint32_t i)
+{
+    const struct lum_sensor *s = user;
+    uint32_t n = s->desc.n_directions;
+    return (struct lum_gazer){.has_place = lum_meter_read(s->meter, i).clearance == LUM_CLEARANCE_FREE,
+                              .observer = {lum_sensor_point(s, i / n), lum_sensor_direction(s, i % n)}};
+}
+
+static bool look_from_all(struct lum_sensor *s, struct lum_pool *pool, uint32_t n, bool closely)
+{
+    return lum_gazes_look(s->gazes, &(struct lum_gazes_look){.snapshot = s->snapshot,
+                                                             .gazer = gazer_of,
+                                                             .user = s,
+                                                             .pool = pool,
+                                                             .n = n,
+                                                             .seed = s->desc.seed,
+                                                             .closely = closely});
+}
+
 bool lum_sensor_look(struct lum_sensor *s, struct lum_pool *pool, uint32_t n_places, bool glance)
 {
     bool more = lum_meter_look(s->meter, pool, n_places, glance);
+    if (s->gazes && !more)
+        more = look_from_all(s, pool, n_places, false);
     if (s->desc.kind != LUM_SENSOR_OBSERVER || s->looked)
         return more;
     s->looked = true;
@@ -252,9 +307,14 @@ static bool refine_eye(struct lum_sensor *s, struct lum_pool *pool, uint32_t n_s
 enum lum_status lum_sensor_refine(struct lum_sensor *s, struct lum_pool *pool, const struct lum_meter_goal *goal,
                                   uint32_t n_samples, bool *ret_more, struct lum_error *err)
 {
-    enum lum_status st = lum_meter_refine(s->meter, pool, goal, n_samples, ret_more, err);
+    struct lum_meter_goal own = *goal;
+    if (s->gazes)
+        own.error = fmax(own.error, LUM_SENSOR_EYE_ERROR);
+    enum lum_status st = lum_meter_refine(s->meter, pool, &own, n_samples, ret_more, err);
     if (!st && !*ret_more && s->eye)
         *ret_more = refine_eye(s, pool, n_samples);
+    if (!st && !*ret_more && s->gazes)
+        *ret_more = look_from_all(s, pool, n_samples / EYE_SAMPLES + 1, true);
     return st;
 }
 
@@ -295,10 +355,67 @@ static bool add_modelling(const struct lum_sensor *s, struct lum_sensor_result *
     return true;
 }
 
+static struct lum_gaze gaze_of(const struct lum_sensor *s, uint32_t i, uint32_t direction)
+{
+    uint32_t place = i * s->desc.n_directions + direction;
+    struct lum_meter_reading around = lum_meter_read(s->meter, place);
+    const struct lum_glare *glare = lum_gazes_at(s->gazes, place);
+    if (!glare || around.clearance != LUM_CLEARANCE_FREE || !(around.stderr_lx >= 0.0))
+        return (struct lum_gaze){.known = false};
+    struct lum_amount background = {around.lx / LUM_PI_D, around.stderr_lx / LUM_PI_D};
+    return (struct lum_gaze){.known = true,
+                             .direction = direction,
+                             .ugr = lum_ugr_of(glare, background.value, background.stderr_of),
+                             .background = background,
+                             .glare = *glare};
+}
+
+struct lum_gaze lum_sensor_gaze(const struct lum_sensor *s, uint32_t i)
+{
+    struct lum_gaze worst = {.known = false};
+    for (uint32_t k = 0; k < s->desc.n_directions; k++) {
+        struct lum_gaze is = gaze_of(s, i, k);
+        if (!is.known)
+            return is;
+        if (k == 0 || is.ugr.ugr > worst.ugr.ugr)
+            worst = is;
+    }
+    return worst;
+}
+
+static bool result_of_eyes(const struct lum_sensor *s, struct lum_sensor_result *ret)
+{
+    const struct lum_amount none = {(double)NAN, (double)NAN};
+    struct lum_sensor_result r = {.n = s->nu * s->nv,
+                                  .mean = none,
+                                  .least = none,
+                                  .most = none,
+                                  .uniformity = none,
+                                  .cylindrical = none,
+                                  .modelling = none,
+                                  .ugr = {none.value, none.value},
+                                  .eye = none,
+                                  .dgp = {none.value, none.value}};
+    for (uint32_t i = 0; i < r.n; i++) {
+        enum lum_clearance clearance = lum_sensor_reading(s, i).clearance;
+        struct lum_gaze is = lum_sensor_gaze(s, i);
+        r.n_inside += clearance == LUM_CLEARANCE_INSIDE;
+        r.n_covered += clearance == LUM_CLEARANCE_COVERED || clearance == LUM_CLEARANCE_FAR;
+        if (!is.known || (r.n_known++ > 0 && !(is.ugr.ugr > r.ugr.ugr)))
+            continue;
+        r.worst_at = i, r.worst_direction = is.direction;
+        r.ugr = is.ugr, r.glare = is.glare, r.mean = is.background;
+    }
+    *ret = r;
+    return r.n_known > 0 && r.n_known + r.n_inside + r.n_covered == r.n;
+}
+
 /* The points' noise is independent. That of the least one is taken for Emin's: among points that are alike the least is
  * the one that noise made least, so that Emin and Uo are low by up to about two of them. */
 bool lum_sensor_result(const struct lum_sensor *s, struct lum_sensor_result *ret)
 {
+    if (s->gazes)
+        return result_of_eyes(s, ret);
     struct lum_sensor_result r = {.n = s->nu * s->nv, .glare = s->glare};
     for (uint32_t i = 0; i < r.n; i++) {
         struct lum_meter_reading at = lum_meter_read(s->meter, i);
@@ -322,8 +439,7 @@ bool lum_sensor_result(const struct lum_sensor *s, struct lum_sensor_result *ret
     if (s->desc.modelling)
         whole = add_modelling(s, &r) && whole;
     if (s->desc.kind == LUM_SENSOR_OBSERVER) {
-        const double pi = 3.14159265358979323846;
-        r.mean = (struct lum_amount){r.mean.value / pi, r.mean.stderr_of / pi};
+        r.mean = (struct lum_amount){r.mean.value / LUM_PI_D, r.mean.stderr_of / LUM_PI_D};
         r.ugr = r.n_known > 0 ? lum_ugr_of(&s->glare, r.mean.value, r.mean.stderr_of) : (struct lum_ugr){none, none};
         r.eye = r.n_known > 0 ? light_at_eye(s) : (struct lum_amount){none, none};
         r.dgp = r.n_known > 0 ? dgp_of(s, r.eye) : (struct lum_dgp){none, none};

@@ -17,6 +17,7 @@ struct lum_mesh_desc {
     const float *positions_f;
     const float *normals;    /* 3 * n_vertices or NULL: flat shading */
     const float *uvs;        /* 2 * n_vertices or NULL */
+    const float *tangents;   /* 4 * n_vertices: along growing u, and the sign of the bitangent; or NULL: by uvs */
     const float *colors;     /* 3 * n_vertices linear, multiplies base_color; or NULL */
     const uint32_t *indices; /* 3 * n_triangles */
     uint32_t n_vertices, n_triangles;
@@ -48,6 +49,7 @@ struct lum_material_desc {
     struct lum_texture_desc metallic_roughness_texture; /* G roughness, B metallic, linear */
     struct lum_texture_desc emission_texture;
     struct lum_texture_desc normal_texture;
+    struct lum_texture_desc anisotropy_texture; /* R, G direction, B strength, linear */
     float normal_scale;
     float metallic, roughness; /* 0..1; alpha = roughness^2 */
     float ior;                 /* 1..4 */

@@ -32,6 +32,7 @@ void lum_mesh_unref(struct lum_mesh *mesh)
     lum_free(mesh->normals);
     lum_free(mesh->uvs);
     lum_free(mesh->tangents);
+    lum_free(mesh->tangent_signs);
     lum_free(mesh->colors);
     lum_free(mesh->indices);
     lum_free(mesh);
@@ -182,6 +183,18 @@ static void find_local_bounds(struct lum_mesh *mesh)
     mesh->bounds_hi = hi;
 }
 
+/* One that is no direction becomes zero: there uvs say which way it runs. */
+static void copy_tangents(struct lum_mesh *mesh, const float *given)
+{
+    for (size_t i = 0; i < mesh->n_vertices; i++) {
+        struct lum_vec3 t = lum_normalize(lum_v3(given[4 * i], given[4 * i + 1], given[4 * i + 2]));
+        if (!lum_v3_finite(t))
+            t = lum_v3(0.0f, 0.0f, 0.0f);
+        memcpy(mesh->tangents + 3 * i, &t, 3 * sizeof(float));
+        mesh->tangent_signs[i] = given[4 * i + 3] < 0.0f ? -1.0f : 1.0f;
+    }
+}
+
 /* Attributes are made fit to interpolate: unit normals (a bad one becomes zero, which shades flat), finite uvs, colours
  * in 0..1. */
 static void copy_attributes(struct mesh_build *b)
@@ -193,6 +206,8 @@ static void copy_attributes(struct mesh_build *b)
     }
     for (size_t i = 0; d->uvs && i < 2 * (size_t)d->n_vertices; i++)
         b->mesh->uvs[i] = fabsf(d->uvs[i]) <= 1e6f ? d->uvs[i] : 0.0f; /* NaN fails the test */
+    if (d->tangents)
+        copy_tangents(b->mesh, d->tangents);
     for (size_t i = 0; d->colors && i < 3 * (size_t)d->n_vertices; i++)
         b->mesh->colors[i] = d->colors[i] >= 0.0f ? fminf(d->colors[i], 1.0f) : 0.0f;
 }
@@ -225,6 +240,10 @@ static struct lum_mesh *mesh_alloc(const struct lum_mesh_desc *d)
         ok &= (mesh->normals = lum_calloc(d->n_vertices, 3 * sizeof(float))) != NULL;
     if (d->uvs)
         ok &= (mesh->uvs = lum_calloc(d->n_vertices, 2 * sizeof(float))) != NULL;
+    if (d->tangents) {
+        ok &= (mesh->tangents = lum_calloc(d->n_vertices, 3 * sizeof(float))) != NULL;
+        ok &= (mesh->tangent_signs = lum_calloc(d->n_vertices, sizeof(float))) != NULL;
+    }
     if (d->colors)
         ok &= (mesh->colors = lum_calloc(d->n_vertices, 3 * sizeof(float))) != NULL;
     if (ok)

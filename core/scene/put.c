@@ -76,7 +76,8 @@ static enum lum_status check_material(const struct lum_material_desc *d, struct 
 static struct lum_texture_desc *texture_slot(struct lum_material_desc *d, int slot)
 {
     struct lum_texture_desc *const slots[LUM_SLOT_COUNT] = {&d->base_color_texture, &d->metallic_roughness_texture,
-                                                            &d->emission_texture, &d->normal_texture};
+                                                            &d->emission_texture, &d->normal_texture,
+                                                            &d->anisotropy_texture};
     return slots[slot];
 }
 
@@ -85,7 +86,7 @@ static enum lum_status bind_textures(const struct lum_scene *scene, struct lum_m
                                      struct lum_image_entry *images[LUM_SLOT_COUNT], struct lum_error *err)
 {
     static const char *const fields[LUM_SLOT_COUNT] = {"base_color_texture", "metallic_roughness_texture",
-                                                       "emission_texture", "normal_texture"};
+                                                       "emission_texture", "normal_texture", "anisotropy_texture"};
     for (int i = 0; i < LUM_SLOT_COUNT; i++) {
         struct lum_texture_desc *t = texture_slot(d, i);
         if (!t->image || !t->image[0])
@@ -106,20 +107,25 @@ static enum lum_status bind_textures(const struct lum_scene *scene, struct lum_m
     return LUM_OK;
 }
 
-/* Those of the material that it replaces, where they serve: while it is as rough, or a texture says how rough it is. */
-static enum lum_status find_brushed(const struct lum_scene *scene, const char *id, const struct lum_material_desc *d,
-                                    bool textured, struct lum_brushed_table **ret_table, struct lum_error *err)
+/* What textures say is not known here: tables are then for all that they may. One that serves is shared, also with the
+ * material that is replaced. */
+static enum lum_status find_brushed(const struct lum_scene *scene, const struct lum_material_desc *d,
+                                    struct lum_image_entry *const images[LUM_SLOT_COUNT],
+                                    struct lum_brushed_table **ret_table, struct lum_error *err)
 {
-    const struct lum_entry *base = lum_entry_find(&scene->tables[LUM_ENTITY_MATERIAL], id);
-    const struct lum_material_entry *old = (const struct lum_material_entry *)base;
+    float strength = images[LUM_SLOT_ANISOTROPY] ? -1.0f : d->anisotropy;
+    float alpha = images[LUM_SLOT_METALLIC_ROUGHNESS] ? -1.0f : d->roughness * d->roughness;
+    const struct lum_table *table = &scene->tables[LUM_ENTITY_MATERIAL];
     *ret_table = NULL;
     if (!(d->anisotropy > 0.0f))
         return LUM_OK;
-    bool same = old && old->brushed && old->desc.anisotropy == d->anisotropy &&
-                textured == (old->images[LUM_SLOT_METALLIC_ROUGHNESS] != NULL) &&
-                (textured || old->desc.roughness == d->roughness);
-    *ret_table = same ? lum_brushed_table_ref(old->brushed)
-                      : lum_brushed_table_create(d->anisotropy, textured ? -1.0f : d->roughness * d->roughness);
+    for (uint32_t i = 0; i < table->n && !*ret_table; i++) {
+        const struct lum_brushed_table *other = ((const struct lum_material_entry *)table->rows[i])->brushed;
+        if (other && lum_brushed_table_serves(other, strength, alpha))
+            *ret_table = lum_brushed_table_ref(other);
+    }
+    if (!*ret_table)
+        *ret_table = lum_brushed_table_create(strength, alpha);
     return *ret_table ? LUM_OK : lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for a brushed material");
 }
 
@@ -138,7 +144,7 @@ enum lum_status lum_scene_put_material(struct lum_scene *scene, const char *id, 
         status = lum_table_open(table, id, sizeof(struct lum_material_entry), &base, err);
     if (status != LUM_OK)
         return status;
-    status = find_brushed(scene, id, &d, images[LUM_SLOT_METALLIC_ROUGHNESS] != NULL, &brushed, err);
+    status = find_brushed(scene, &d, images, &brushed, err);
     if (status != LUM_OK) {
         lum_table_drop(table, base);
         return status;

@@ -47,6 +47,7 @@ static void resolve_material(struct lum_material *out, const struct lum_material
                     entry->images[LUM_SLOT_METALLIC_ROUGHNESS]);
     resolve_texture(&out->emission_tex, &d->emission_texture, entry->images[LUM_SLOT_EMISSION]);
     resolve_texture(&out->normal_tex, &d->normal_texture, entry->images[LUM_SLOT_NORMAL]);
+    resolve_texture(&out->anisotropy_tex, &d->anisotropy_texture, entry->images[LUM_SLOT_ANISOTROPY]);
     out->base_color = d->base_color;
     out->specular_color = d->specular_color;
     out->emission = lum_rgb_scale(d->emission, (float)d->emission_cd_m2);
@@ -110,6 +111,7 @@ void lum_material_part_unref(struct lum_material_part *part)
         lum_image_unref((struct lum_image *)m->metallic_roughness_tex.image);
         lum_image_unref((struct lum_image *)m->emission_tex.image);
         lum_image_unref((struct lum_image *)m->normal_tex.image);
+        lum_image_unref((struct lum_image *)m->anisotropy_tex.image);
         lum_brushed_table_unref(m->brushed);
     }
     lum_free(part->items);

@@ -242,6 +242,29 @@ static void set_uv(struct lum_surface *s, const struct lum_instance *instance, c
     s->dpdv = lum_v3_mul(lum_v3_sub(lum_v3_mul(e2, u1), lum_v3_mul(e1, u2)), inverse);
 }
 
+/* Which way u and falling v run as the mesh says itself. False: it does not, or nothing that serves. The bitangent is
+ * moved like a part of the mesh, so that what is mirrored shows a mirrored relief. */
+static bool given_tangents(const struct lum_instance *instance, const struct triangle *t, struct lum_vec3 *ret_along,
+                           struct lum_vec3 *ret_across)
+{
+    const struct lum_mesh *mesh = instance->mesh;
+    if (!mesh->tangent_signs)
+        return false;
+    const struct lum_vec3 zero = {0.0f, 0.0f, 0.0f};
+    struct lum_vec3 along = blend3(mesh->tangents, t), n = mesh->normals ? blend3(mesh->normals, t) : zero;
+    if (!(lum_dot(n, n) > 0.0f))
+        n = lum_normalize(lum_cross(lum_v3_sub(t->p[1], t->p[0]), lum_v3_sub(t->p[2], t->p[0])));
+    float sign = 0.0f;
+    for (int k = 0; k < 3; k++)
+        sign += t->w[k] * mesh->tangent_signs[t->index[k]];
+    struct lum_vec3 across = lum_cross(n, along);
+    if (!(lum_dot(across, across) > 1e-6f * lum_dot(n, n))) /* they cancel out, or run along the normal */
+        return false;
+    *ret_along = lum_affine_vector(&instance->local_to_scene, along);
+    *ret_across = lum_affine_vector(&instance->local_to_scene, sign < 0.0f ? lum_v3_neg(across) : across);
+    return true;
+}
+
 /* Which way a surface is brushed. Where there is no uv, or it says nothing, about the object's y axis as the lines on a
  * turned part run; on what faces along that axis, its x axis. n: of the front, scene. */
 static void set_tangent(struct lum_surface *s, const struct lum_instance *instance, const struct triangle *t,
@@ -252,7 +275,7 @@ static void set_tangent(struct lum_surface *s, const struct lum_instance *instan
         s->tangent = s->dpdu;
         s->bitangent = lum_v3_neg(s->dpdv);
     }
-    if (instance->mesh->tangents) {
+    if (instance->mesh->tangents && !instance->mesh->tangent_signs) {
         struct lum_vec3 mean = lum_affine_vector(m, blend3(instance->mesh->tangents, t));
         if (lum_dot(mean, mean) > 0.0f)
             s->tangent = mean;
@@ -294,10 +317,16 @@ static void triangle_surface(const struct lum_snapshot *snapshot, const struct l
             s->ns = side < 0.0f ? lum_v3_neg(n) : n;
     }
     const struct lum_material *material = &snapshot->materials[s->material];
-    bool brushed = lum_material_is_brushed(material);
+    bool brushed = lum_material_is_brushed(material), mapped = mesh->uvs && material->normal_tex.image;
     if (mesh->uvs)
-        set_uv(s, instance, &t, material->normal_tex.image || brushed);
-    if (brushed)
+        set_uv(s, instance, &t, mapped || brushed);
+    struct lum_vec3 along, across;
+    bool given = (mapped || brushed) && given_tangents(instance, &t, &along, &across);
+    if (given && mapped)
+        s->dpdu = along, s->dpdv = lum_v3_neg(across);
+    if (given && brushed)
+        s->tangent = along, s->bitangent = across;
+    else if (brushed)
         set_tangent(s, instance, &t, s->backface ? lum_v3_neg(s->ns) : s->ns);
     if (mesh->colors) {
         struct lum_vec3 c = blend3(mesh->colors, &t);

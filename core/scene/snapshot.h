@@ -45,9 +45,9 @@ struct lum_mesh {
     struct lum_refs refs;
     struct lum_accel_mesh *accel;
     float *positions;          /* 3 per vertex */
-    float *normals, *tangents; /* 3 per vertex, unit; or NULL. tangents: lum_mesh_make_tangents */
-    float *uvs, *colors;       /* 2, 3 per vertex; or NULL */
-    uint32_t *indices;         /* 3 per triangle */
+    float *normals, *tangents; /* 3 per vertex, unit; or NULL. tangents: given, or of lum_mesh_make_tangents */
+    float *uvs, *colors, *tangent_signs; /* 2, 3, 1 per vertex; or NULL. signs: of the bitangents of given tangents */
+    uint32_t *indices;                   /* 3 per triangle */
     uint32_t n_vertices, n_triangles;
     struct lum_vec3 bounds_lo, bounds_hi; /* of the triangles; lo > hi when there is none */
     struct lum_affined local_to_given;    /* normalised local -> the coordinates that the client gave */

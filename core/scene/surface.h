@@ -23,10 +23,12 @@ struct lum_surface {
     bool white;                  /* as of struct lum_hits: lum_bsdf_init makes it lum_bsdf_white, without emission */
     struct lum_rgb vertex_color; /* white when the mesh has none */
     struct lum_rgb emission; /* of a surface that is a light: towards where the ray came from, but for its texture */
-    /* Change of position with uv over the triangle, scene space, not unit; 0 without uvs and where
-     * the material has no normal map. lum_bsdf_init applies those: ns here is the interpolated vertex normal. */
+    /* Change of position with uv over the triangle, scene space, not unit; where the mesh has tangents of its own, the
+     * directions that these say. 0 without uvs and where the material has no normal map. lum_bsdf_init applies those:
+     * ns here is the interpolated vertex normal. */
     struct lum_vec3 dpdu, dpdv;
-    struct lum_vec3 tangent, bitangent; /* where the material is brushed: along growing u, and falling v;
+    struct lum_vec3 tangent, bitangent; /* where the material is brushed: along growing u, and falling v,
+                                         * or as tangents of the mesh say;
                                          * without uv about the object's y axis, and up it. Not unit */
 };
 

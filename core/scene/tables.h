@@ -36,6 +36,7 @@ enum lum_material_slot {
     LUM_SLOT_METALLIC_ROUGHNESS,
     LUM_SLOT_EMISSION,
     LUM_SLOT_NORMAL,
+    LUM_SLOT_ANISOTROPY,
     LUM_SLOT_COUNT
 };
 struct lum_material_entry {

@@ -29,6 +29,7 @@
 #define LUM_LIMIT_MEDIA 8u             /* every ray is cut by every one of them */
 #define LUM_LIMIT_SENSORS 64u          /* a plane and an observer in each of 32 rooms */
 #define LUM_LIMIT_SENSOR_POINTS 4096u  /* of one: 100 x 100 m by EN 12464-1 are 400 */
+#define LUM_LIMIT_DIRECTIONS 64u       /* that an eye looks in */
 #define LUM_LIMIT_PATCHES 1024u        /* each channel of two universes */
 #define LUM_LIMIT_PRESETS 64u          /* with all lamps that a scene may have, 1.6 M values */
 #define LUM_LIMIT_FADE_S 3600.0        /* of a recall: a sunrise of an hour */

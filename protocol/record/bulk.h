@@ -28,7 +28,7 @@ struct lum_indices {
 
 /* Bulk arrays that an importer sends, and the journal keeps, beside the JSON: {"positions":{"blob":3}}, little-endian
  * 32-bit numbers or pixels; {"blob64":3}: doubles. */
-#define LUM_BLOBS_MAX 8u /* of one record: a mesh has five arrays */
+#define LUM_BLOBS_MAX 8u /* of one record: a mesh has six arrays */
 struct lum_blob {
     const uint8_t *bytes;
     size_t n_bytes;

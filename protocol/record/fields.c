@@ -80,6 +80,9 @@ static const struct lum_field mesh[] = {
      .doc = "three vertices of each triangle, counter-clockwise from the front"},
     FLOATS(mesh, normals, 0, 3, -1e6, 1e6, "", "per vertex; none: flat shading"),
     FLOATS(mesh, uvs, 0, 2, -1e6, 1e6, "uv", "per vertex"),
+    FLOATS(mesh, tangents, 0, 4, -1e6, 1e6, "",
+           "per vertex, for relief and brushed metal: which way u grows, and 1 or -1: falling v runs along normal x "
+           "tangent, or against it; none: by uvs"),
     FLOATS(mesh, colors, 0, 3, 0, 1e6, "", "per vertex, linear; multiply base_color"),
     BOOL(mesh, deforming, 0, "positions will be set again: the index structure is refitted, not rebuilt"),
 };
@@ -115,6 +118,9 @@ static const struct lum_field material[] = {
     NUMBER(material, anisotropy, 0, 1, 0, "",
            "brushed: how far highlights are stretched; 1: alpha along the stretch is 1"),
     NUMBER(material, anisotropy_rotation_deg, -3600, 3600, 0, "deg", "of the stretch: 0 along +u, 90 along -v of uv"),
+    TEXTURE(material, anisotropy_texture,
+            "R, G: direction of the stretch along +u and -v, 0.5: 0; turned by anisotropy_rotation_deg. B multiplies "
+            "anisotropy"),
     BOOL(material, thin, 0, "a surface without volume: transmission does not bend"),
     VECTOR(material, attenuation_color, 0, 0, 1, XYZ(1, 1, 1), "", "what is left after attenuation_distance"),
     OPT(material, attenuation_distance, 1e-9, COORD, 0, "m", "null: clear"),
@@ -219,7 +225,8 @@ static const struct lum_field camera[] = {
 
 static const struct lum_field sensor[] = {
     CHOICE(sensor, kind, LUM_FIELD_REQUIRED, "point|line|grid|observer", "where it measures; observer: glare"),
-    CHOICE(sensor, quantity, 0, "plane|cylindrical|semicylindrical|modelling", "point, line, grid: which illuminance"),
+    CHOICE(sensor, quantity, 0, "plane|cylindrical|semicylindrical|modelling|ugr",
+           "point, line, grid: which illuminance; or glare of eyes there"),
     VECTOR(sensor, position, LUM_FIELD_REQUIRED, -COORD, COORD, XYZ(0, 0, 0), "m",
            "the point; the middle of a line or grid; the eye"),
     VECTOR(sensor, u, 0, -COORD, COORD, XYZ(1, 0, 0), "m", "full edge", FOR("line|grid")),
@@ -228,13 +235,15 @@ static const struct lum_field sensor[] = {
            "of the plane, to the side that is lit: up, a horizontal one; or the axis of the cylinder",
            FOR("point|line|grid")),
     VECTOR(sensor, direction, 0, -COORD, COORD, XYZ(0, 0, -1), "",
-           "line of sight of an observer; where a half cylinder faces"),
+           "line of sight of an observer, and the first of eyes (ugr); where a half cylinder faces"),
+    INTEGER(sensor, directions, 1, LUM_LIMIT_DIRECTIONS, 8,
+            "ugr: lines of sight of each eye, evenly around the vertical", FOR("point|line|grid")),
     OPT(sensor, spacing_m, 1e-6, COORD, 0, "m", "between points, at most; null: by EN 12464-1", FOR("line|grid")),
     OPT(sensor, floor_m2, 1e-6, 1e18, 0, "m2", "of the room, over which power is told; null: the grid's own area",
         FOR("grid")),
     OPT(sensor, target_lx, 1e-6, 1e9, 0, "lx", "mean that is wanted, at least", FOR("point|line|grid")),
     OPT(sensor, target_uo, 1e-6, 1, 0, "", "least over mean, at least", FOR("line|grid")),
-    OPT(sensor, target_ugr, 1e-6, 100, 0, "", "at most", FOR("observer")),
+    OPT(sensor, target_ugr, 1e-6, 100, 0, "", "at most; else with quantity ugr alone", FOR("point|line|grid|observer")),
     OPT(sensor, target_dgp, 1e-6, 1, 0, "", "at most", FOR("observer")),
     TEXT(sensor, name, "for people"),
 };

@@ -15,7 +15,7 @@
 struct lum_record_mesh {
     char shape[24]; /* built-in shape, or "" for explicit arrays */
     double size[3], segments[2], param[4];
-    struct lum_floats positions, normals, uvs, colors;
+    struct lum_floats positions, normals, uvs, tangents, colors;
     struct lum_indices indices;
     bool deforming;
 };
@@ -36,7 +36,8 @@ struct lum_record_texture {
 
 struct lum_record_material {
     double base_color[3];
-    struct lum_record_texture base_color_texture, metallic_roughness_texture, emission_texture, normal_texture;
+    struct lum_record_texture base_color_texture, metallic_roughness_texture, emission_texture, normal_texture,
+        anisotropy_texture;
     double normal_scale, metallic, roughness, ior, specular, specular_color[3], transmission;
     double diffuse_transmittance[3], sheen_color[3], sheen_roughness, clearcoat, clearcoat_roughness;
     double anisotropy, anisotropy_rotation_deg;
@@ -95,8 +96,9 @@ struct lum_record_camera {
 
 struct lum_record_sensor {
     char kind[12];     /* point line grid observer */
-    char quantity[20]; /* plane cylindrical semicylindrical */
+    char quantity[20]; /* plane cylindrical semicylindrical modelling ugr */
     double position[3], u[3], v[3], normal[3], direction[3];
+    double directions;
     struct lum_opt spacing_m;
     struct lum_opt floor_m2, target_lx, target_uo, target_ugr, target_dgp;
     char name[128];

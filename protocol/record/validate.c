@@ -57,7 +57,7 @@ static bool validate_mesh(const struct lum_record_mesh *m, struct lum_proto_erro
     if ((m->shape[0] != '\0') == (m->positions.n > 0))
         return invalid(err, "shape", "a mesh needs either shape or positions");
     if (m->shape[0] != '\0') {
-        if (m->indices.n || m->normals.n || m->uvs.n || m->colors.n)
+        if (m->indices.n || m->normals.n || m->uvs.n || m->tangents.n || m->colors.n)
             return invalid(err, "shape", "a shape brings its own arrays: give shape or arrays");
         return true;
     }
@@ -71,6 +71,8 @@ static bool validate_mesh(const struct lum_record_mesh *m, struct lum_proto_erro
         return invalid(err, "normals", "normals must hold three numbers per vertex");
     if (m->uvs.n && m->uvs.n != 2 * n_vertices)
         return invalid(err, "uvs", "uvs must hold two numbers per vertex");
+    if (m->tangents.n && m->tangents.n != 4 * n_vertices)
+        return invalid(err, "tangents", "tangents must hold four numbers per vertex");
     if (m->colors.n && m->colors.n != 3 * n_vertices)
         return invalid(err, "colors", "colors must hold three numbers per vertex");
     return validate_indices(m, err);
@@ -220,6 +222,25 @@ static bool is_given(const struct lum_record_sensor *s, const struct lum_field *
     return f->kind == LUM_FIELD_OPT && ((const struct lum_opt *)((const char *)s + f->offset))->set;
 }
 
+/* Eyes at points want no lux, and other points no UGR. */
+static bool validate_glare(const struct lum_record_sensor *s, bool observer, struct lum_proto_error *err)
+{
+    static const double upright[3] = {0.0, 1.0, 0.0};
+    bool eyes = !observer && strcmp(s->quantity, "ugr") == 0;
+    if (!observer && !eyes && s->target_ugr.set)
+        return invalid(err, "target_ugr", "target_ugr is for observers and for quantity ugr");
+    if (!eyes)
+        return true;
+    if (s->target_lx.set || s->target_uo.set)
+        return invalid(err, s->target_lx.set ? "target_lx" : "target_uo",
+                       "a sensor of quantity ugr has no target of illuminance");
+    if (s->directions > 1.0 && !(norm_of_cross(s->direction, upright) > 1e-6 * norm(s->direction)))
+        return invalid(err, "direction",
+                       "lines of sight along the vertical do not turn about it: give one that does, or "
+                       "directions 1");
+    return true;
+}
+
 static bool validate_sensor(const struct lum_record_sensor *s, struct lum_proto_error *err)
 {
     const struct lum_fields *t = lum_fields_of(LUM_RECORD_SENSOR);
@@ -229,6 +250,8 @@ static bool validate_sensor(const struct lum_record_sensor *s, struct lum_proto_
         if (is_given(s, f) && !is_for(f, s->kind))
             return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", f->name, "a sensor of kind %s has no %s",
                                   s->kind, f->name);
+    if (!validate_glare(s, observer, err))
+        return false;
     if (norm(s->normal) == 0.0)
         return invalid(err, "normal", "normal must not be 0 0 0");
     if (norm(s->direction) == 0.0)

@@ -95,10 +95,12 @@ static bool place_grid(struct measuring *m, struct lum_proto_error *err)
     struct lum_measured *one = m->measured;
     if (!lum_work_plane_place(&m->world, &plane, &one->desc, err))
         return false;
-    one->desc.quantity = o->cylindrical ? LUM_METER_CYLINDER : LUM_METER_PLANE;
+    one->desc.quantity = o->ugr ? LUM_METER_EYE : o->cylindrical ? LUM_METER_CYLINDER : LUM_METER_PLANE;
+    one->desc.facing = lum_v3(0, 0, -1);
+    one->desc.n_directions = o->directions;
     one->desc.modelling = o->modelling;
     one->desc.spacing_m = o->spacing_m;
-    one->targets = (struct lum_sensor_targets){.lx = o->target_lx, .uo = o->uniformity};
+    one->targets = (struct lum_sensor_targets){.lx = o->target_lx, .uo = o->uniformity, .ugr = o->most_ugr};
     return true;
 }
 

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "protocol/base/limits.h"
 #include "server/cli/help.h"
 #include "server/cli/option.h"
 
@@ -56,7 +57,8 @@ static const struct lum_option_row rows[] = {
     {"on", "ID", TEXT(on), .help = "the top of this object, such as a table, in place of an area"},
     {"height", "M", OTHER(read_height, height_m), .min = -1e6, .max = 1e6, .help =
         "above the floor, which is looked for downwards from the middle of the scene's height: the lowest\n"
-        "that is met counts (default 0.75: a work plane; with --cylindrical 1.2); with --on above the\n"
+        "that is met counts (default 0.75: a work plane; with --cylindrical\n"
+        "and --ugr 1.2); with --on above the\n"
         "object's top (default 0.001)"},
     {"border", "M", OTHER(read_border, border_m), .min = 0, .max = 1e6, .help =
         "left out along the sides of the whole scene (default 0.5; with --on 0)"},
@@ -66,6 +68,10 @@ static const struct lum_option_row rows[] = {
         "cylindrical illuminance, as light falls on faces, in place of that of a horizontal plane"},
     {"modelling", SWITCH(modelling), .help =
         "cylindrical illuminance, too, and its mean over that of the plane: 0.30 to 0.60 by EN 12464-1"},
+    {"ugr", SWITCH(ugr), .help =
+        "glare of eyes at the points, each looking all around: UGR of the line of sight that is glared most"},
+    {"directions", "N", .fallback = "8", .kind = LUM_OPTION_WHOLE, AT(directions), .min = 1, .max = LUM_LIMIT_DIRECTIONS,
+     .help = "with --ugr: lines of sight of each eye, evenly around, the first along -z"},
     {"error", "E", .fallback = "0.01", NUMBER(error, 1e-5, 1), .help =
         "standard error over the value to which each point is measured (of dark ones over a tenth of\n"
         "the mean)"},
@@ -73,8 +79,10 @@ static const struct lum_option_row rows[] = {
         "the mean that is wanted, such as 500 for writing: said whether it is reached"},
     {"uniformity", "U", .kind = LUM_OPTION_NUMBER, AT(uniformity), .min = 1e-6, .max = 1, .help =
         "the least over the mean that is wanted, such as 0.6"},
+    {"most-ugr", "U", .kind = LUM_OPTION_NUMBER, AT(most_ugr), .min = 1e-6, .max = 100, .help =
+        "with --ugr: the most that is wanted, such as 19 for offices"},
     {"csv", "FILE", TEXT(csv), .help = "the points: x_m,y_m,z_m,lx,stderr_lx; empty where one is left out.\n"
-        "Of sensors: sensor,quantity,x_m,y_m,z_m,value,stderr; with --modelling: quantity,x_m, ..."},
+        "Of sensors: sensor,quantity,x_m,y_m,z_m,value,stderr; with --modelling, --ugr: quantity,x_m, ..."},
     {"json", "FILE", TEXT(json), .help = "points and results"},
     {"html", "FILE", TEXT(html), .help = "a page to print: results, pictures, plans of the points, luminaires; one file"},
     {"pictures", "N", .fallback = "32", .kind = LUM_OPTION_WHOLE, AT(pictures_spp), .min = 0, .max = 4096, .help =
@@ -97,7 +105,7 @@ static enum lum_status take(void *user, size_t i, const char *text, struct lum_e
 enum lum_status lum_measure_options_parse(int argc, char **argv, struct lum_measure_options *ret_options,
                                           struct lum_error *err)
 {
-    struct lum_measure_options o = {.error = 0.01, .pictures_spp = 32};
+    struct lum_measure_options o = {.error = 0.01, .directions = 8, .pictures_spp = 32};
     enum lum_status st = lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), NULL, take, &o, err);
     if (!st && !o.help && !o.scene)
         st = lum_fail(err, LUM_ERR_INVALID, "scene", "--scene NAME|FILE is missing (see: lumend measure --help)");
@@ -106,10 +114,15 @@ enum lum_status lum_measure_options_parse(int argc, char **argv, struct lum_meas
     if (!st && o.cylindrical && o.modelling)
         st = lum_fail(err, LUM_ERR_INVALID, "modelling",
                       "--modelling measures cylinders already: leave --cylindrical out");
-    o.has_grid = o.on || o.has_area || o.has_height || o.has_border || o.spacing_m > 0.0 || o.cylindrical ||
+    if (!st && o.ugr && (o.cylindrical || o.modelling || o.target_lx > 0.0 || o.uniformity > 0.0))
+        st = lum_fail(err, LUM_ERR_INVALID, "ugr",
+                      "--ugr measures glare: leave --cylindrical, --modelling, --target and --uniformity out");
+    if (!st && !o.ugr && o.most_ugr > 0.0)
+        st = lum_fail(err, LUM_ERR_INVALID, "most-ugr", "--most-ugr is for --ugr");
+    o.has_grid = o.ugr || o.on || o.has_area || o.has_height || o.has_border || o.spacing_m > 0.0 || o.cylindrical ||
                  o.modelling || o.target_lx > 0.0 || o.uniformity > 0.0;
     if (!o.has_height)
-        o.height_m = o.on ? 0.001 : o.cylindrical ? 1.2 : 0.75;
+        o.height_m = o.on ? 0.001 : o.cylindrical || o.ugr ? 1.2 : 0.75;
     if (!o.has_border)
         o.border_m = o.on ? 0.0 : 0.5;
     if (!st)

@@ -17,8 +17,9 @@ struct lum_measure_options {
     double border_m; /* left out along the sides of a whole scene or object */
     bool has_border;
     double spacing_m; /* 0: by EN 12464-1 */
-    bool cylindrical, modelling;
-    double error, target_lx, uniformity; /* 0: no target */
+    bool cylindrical, modelling, ugr;
+    uint32_t directions;                           /* of each eye, with ugr */
+    double error, target_lx, uniformity, most_ugr; /* 0: no target */
     const char *csv, *json, *html;
     uint32_t pictures_spp; /* of the page */
     uint32_t threads, seed;

@@ -19,12 +19,22 @@ static bool is_level(const struct lum_sensor_desc *d)
     return d->kind == LUM_SENSOR_GRID && d->u.y == 0.0 && d->u.z == 0.0 && d->v.x == 0.0 && d->v.y == 0.0;
 }
 
-static void print_value(const struct lum_sensor *s, uint32_t i)
+static void print_ugr(double ugr)
 {
-    struct lum_meter_reading r = lum_sensor_reading(s, i);
+    if (isfinite(ugr))
+        printf(" %8.1f", ugr);
+    else
+        printf(" %8s", "none");
+}
+
+static void print_value(const struct lum_measured *m, uint32_t i)
+{
+    struct lum_meter_reading r = lum_sensor_reading(m->sensor, i);
     const char *why = lum_sensor_left_out(r.clearance);
     if (why)
         printf(" %8s", "-");
+    else if (lum_sensor_has_eyes(&m->desc))
+        print_ugr(lum_sensor_gaze(m->sensor, i).ugr.ugr);
     else
         printf(" %8.4g", r.lx);
 }
@@ -46,7 +56,7 @@ static void print_table(const struct lum_measured *m, uint32_t nu, uint32_t nv)
         else
             printf("%s%8s", z ? "\n" : "", "");
         for (uint32_t x = 0; x < nu; x++)
-            print_value(m->sensor, z * nu + x);
+            print_value(m, z * nu + x);
     }
     putchar('\n');
 }
@@ -92,6 +102,37 @@ static void print_glare_by_day(const struct lum_sensor_result *r)
         printf("DGP is made for more than %g lx at the eye\n", LUM_DGP_MIN_LX);
 }
 
+static void print_lamps(const struct lum_glare *glare)
+{
+    if (glare->n_points > 0)
+        printf("%u lamps without an extent are left out: they have no luminance\n", glare->n_points);
+    if (glare->n_small + glare->n_large > 0)
+        printf("%u lamps look smaller than 0.0003 sr and %u larger than 0.1 sr: the formula is not made for them\n",
+               glare->n_small, glare->n_large);
+}
+
+static bool print_eyes(const struct lum_measured *m)
+{
+    const struct lum_sensor_result *r = &m->result;
+    struct lum_vec3d at = lum_sensor_point(m->sensor, r->worst_at);
+    struct lum_vec3 d = lum_sensor_direction(m->sensor, r->worst_direction);
+    if (r->n_known == 0) {
+        printf("no point is left to measure at\n");
+        return false;
+    }
+    if (!isfinite(r->ugr.ugr))
+        printf("UGR   none: no lamp is in sight, or all else is dark\n");
+    else
+        printf("UGR   %.1f +/- %.2g at most, by formula (CIE 117), of %u lamps; background %.3g cd/m2 +/- %.2g; at x "
+               "%.2f, y "
+               "%.2f, z %.2f, looking along %.2f, %.2f, %.2f\n",
+               r->ugr.ugr, r->ugr.stderr_of, r->glare.n_sources, r->mean.value, r->mean.stderr_of, at.x, at.y, at.z,
+               (double)d.x, (double)d.y, (double)d.z);
+    print_lamps(&r->glare);
+    struct lum_sensor_verdicts v = lum_sensor_judge(r, &m->targets);
+    return tell_target("UGR", &v.ugr, m->targets.ugr);
+}
+
 static bool print_observer(const struct lum_measured *m)
 {
     const struct lum_sensor_result *r = &m->result;
@@ -102,11 +143,7 @@ static bool print_observer(const struct lum_measured *m)
     else
         printf("UGR   %.1f +/- %.2g, by formula (CIE 117), of %u lamps; background %.3g cd/m2 +/- %.2g\n", r->ugr.ugr,
                r->ugr.stderr_of, r->glare.n_sources, r->mean.value, r->mean.stderr_of);
-    if (r->glare.n_points > 0)
-        printf("%u lamps without an extent are left out: they have no luminance\n", r->glare.n_points);
-    if (r->glare.n_small + r->glare.n_large > 0)
-        printf("%u lamps look smaller than 0.0003 sr and %u larger than 0.1 sr: the formula is not made for them\n",
-               r->glare.n_small, r->glare.n_large);
+    print_lamps(&r->glare);
     print_glare_by_day(r);
     struct lum_sensor_verdicts v = lum_sensor_judge(r, &m->targets);
     bool ugr = tell_target("UGR", &v.ugr, m->targets.ugr);
@@ -150,7 +187,10 @@ bool lum_measure_print(const struct lum_measured *m)
         printf("observer at %.2f, %.2f, %.2f\n", at.x, at.y, at.z);
         return print_observer(m);
     }
-    printf("%s illuminance in lx", lum_sensor_quantity_of(&m->desc));
+    if (lum_sensor_has_eyes(&m->desc))
+        printf("UGR of the worst of %u lines of sight", m->desc.n_directions);
+    else
+        printf("%s illuminance in lx", lum_sensor_quantity_of(&m->desc));
     if (is_level(&m->desc))
         printf(", at y = %.3f m", at.y);
     if (m->desc.kind != LUM_SENSOR_POINT)
@@ -160,7 +200,7 @@ bool lum_measure_print(const struct lum_measured *m)
     if (m->desc.kind != LUM_SENSOR_POINT)
         print_table(m, nu, nv);
     print_left_out(m, nu * nv);
-    return print_amounts(m);
+    return lum_sensor_has_eyes(&m->desc) ? print_eyes(m) : print_amounts(m);
 }
 
 void lum_measure_print_worst(const struct lum_measured *measured, size_t n)
@@ -214,7 +254,7 @@ static bool write_place(FILE *f, const struct lum_measured *m, const char *quant
 {
     struct lum_vec3d p = lum_sensor_point(m->sensor, i);
     return (!m->id || fprintf(f, "%s,", m->id) > 0) &&
-           (!(m->id || m->desc.modelling) || fprintf(f, "%s,", quantity) > 0) &&
+           (!(m->id || m->desc.modelling || lum_sensor_has_eyes(&m->desc)) || fprintf(f, "%s,", quantity) > 0) &&
            fprintf(f, "%.6g,%.6g,%.6g,", p.x, p.y, p.z) > 0;
 }
 
@@ -223,6 +263,13 @@ static bool write_glare(FILE *f, const struct lum_measured *m)
 {
     return write_place(f, m, "ugr", 0) && write_value(f, m->result.ugr.ugr, m->result.ugr.stderr_of) &&
            write_place(f, m, "dgp", 0) && write_value(f, m->result.dgp.dgp, m->result.dgp.stderr_of);
+}
+
+/* Of the line of sight that is glared most. */
+static bool write_gaze(FILE *f, const struct lum_measured *m, uint32_t i)
+{
+    struct lum_gaze is = lum_sensor_gaze(m->sensor, i);
+    return write_place(f, m, "ugr", i) && write_value(f, is.known ? is.ugr.ugr : (double)NAN, is.ugr.stderr_of);
 }
 
 /* One that is left out has no value. */
@@ -242,7 +289,8 @@ static bool write_rows(FILE *f, const struct lum_measured *m)
         return write_glare(f, m);
     lum_sensor_size(m->sensor, &nu, &nv);
     for (uint32_t i = 0; ok && i < nu * nv; i++)
-        ok = write_point(f, m, m->desc.quantity, i, lum_sensor_reading(m->sensor, i));
+        ok = lum_sensor_has_eyes(&m->desc) ? write_gaze(f, m, i)
+                                           : write_point(f, m, m->desc.quantity, i, lum_sensor_reading(m->sensor, i));
     for (uint32_t i = 0; ok && m->desc.modelling && i < nu * nv; i++)
         ok = write_point(f, m, LUM_METER_CYLINDER, i, lum_sensor_cylindrical(m->sensor, i));
     return ok;
@@ -251,9 +299,10 @@ static bool write_rows(FILE *f, const struct lum_measured *m)
 bool lum_measure_write_csv(const char *path, const struct lum_measured *measured, size_t n, struct lum_proto_error *err)
 {
     FILE *f = fopen(path, "wb");
-    const char *head = n > 0 && measured[0].id               ? "sensor,quantity,x_m,y_m,z_m,value,stderr\n"
-                       : n > 0 && measured[0].desc.modelling ? "quantity,x_m,y_m,z_m,lx,stderr_lx\n"
-                                                             : "x_m,y_m,z_m,lx,stderr_lx\n";
+    const char *head = n > 0 && measured[0].id                           ? "sensor,quantity,x_m,y_m,z_m,value,stderr\n"
+                       : n > 0 && lum_sensor_has_eyes(&measured[0].desc) ? "quantity,x_m,y_m,z_m,value,stderr\n"
+                       : n > 0 && measured[0].desc.modelling             ? "quantity,x_m,y_m,z_m,lx,stderr_lx\n"
+                                                                         : "x_m,y_m,z_m,lx,stderr_lx\n";
     bool ok = f && fputs(head, f) >= 0;
     for (size_t i = 0; ok && i < n; i++)
         ok = write_rows(f, &measured[i]);

@@ -17,6 +17,7 @@
 #include "server/cli/progress.h"
 #include "server/cli/render_budget.h"
 #include "server/cli/render_layers.h"
+#include "server/cli/render_notice.h"
 #include "server/cli/render_options.h"
 #include "server/cli/render_team.h"
 #include "server/cli/team_scene.h"
@@ -115,19 +116,6 @@ static bool apply_edits_until(struct batch *b, double t_ms, struct lum_proto_err
 
 /* ---- settings ---- */
 
-/* Not refused: a script may go through all methods with the same options. */
-static void tell_unused(const struct lum_render_options *o, const struct lum_method *method)
-{
-    if (o->vpls && !lum_method_counts_vpls(method))
-        fprintf(stderr, "lumend render: method %s has no virtual point lights: --vpls has no effect\n", method->name);
-    if ((o->has_storage || o->cache_accuracy > 0.0) && !method->cache)
-        fprintf(stderr, "lumend render: method %s has no cache: --storage and --cache-accuracy have no effect\n",
-                method->name);
-    if ((o->spp || o->time_s > 0.0) && !lum_method_adds_samples(method))
-        fprintf(stderr, "lumend render: method %s makes a frame in one pass: --spp and --time have no effect\n",
-                method->name);
-}
-
 #define PANORAMA_W 1200u
 #define PANORAMA_H 600u
 
@@ -180,8 +168,11 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
     s.max_spp = o->spp ? o->spp : o->time_s > 0.0 || o->error > 0.0 ? LUM_LIMIT_SPP : DEFAULT_SPP;
     if (!resolve_camera(b, &s, err))
         return false;
-    if (!b->quiet)
-        tell_unused(o, s.method);
+    if (!b->quiet) {
+        lum_render_tell_unused(o, s.method);
+        if (s.camera.panorama)
+            lum_render_tell_unseen_lamps(b->world.snapshot);
+    }
     b->settings = s;
     return true;
 }

@@ -6,7 +6,8 @@
 
 #define SLICE_NS 8e6 /* an edit that comes into a rest waits no longer for its frame */
 #define SHARE_AWAITED 0.25
-#define SHARE_AWAITED_AT_REST 1.0 /* turn by turn: the picture shows the scene as it is, and only grows better */
+#define SHARE_AWAITED_AT_REST                                                                                          \
+    4.0 /* the picture shows the scene as it is, and only grows better: it can wait, and somebody does */
 #define SHARE_REFINES 0.1
 /* Of the share, at most: before the first picture of a change, and what a pass of many seconds leaves behind. */
 #define SAVED_STALE_NS 6e7

@@ -6,6 +6,7 @@
 #include <cjson/cJSON.h>
 
 #include "protocol/json/json.h"
+#include "protocol/message/rpc.h"
 #include "server/director/internal.h"
 #include "server/report/report.h"
 #include "server/report/shot.h"
@@ -16,7 +17,9 @@
 #define PLACES_PER_SLICE 64u
 #define SAMPLES_MIN 256u
 #define SAMPLES_MAX 65536u
-#define PICTURE_SPP 4u   /* `live` is right in the mean from the first on; somebody waits */
+/* `live` is right in the mean from the first on, and somebody waits. Steps of false colour hide noise. */
+#define PICTURE_SPP 4u
+#define ILLUMINANCE_SPP 2u
 #define POINT_ERROR 0.02 /* likewise: means of many points are known much better */
 
 /* All of the revision that was shown when it began. */
@@ -30,6 +33,10 @@ struct lum_reporting {
     struct lum_shot *shots[LUM_REPORT_PICTURES];
     struct lum_canvas pictures[LUM_REPORT_PICTURES];
     int n_pictures; /* done */
+    struct progress {
+        const char *stage; /* NULL: nothing was told */
+        uint32_t done, of;
+    } told;
     double ns_per_sample;
 };
 
@@ -79,6 +86,11 @@ static bool find_sensors(struct lum_director *d, struct lum_reporting *r)
     return true;
 }
 
+static uint32_t spp_of(int picture)
+{
+    return picture == LUM_REPORT_ILLUMINANCE ? ILLUMINANCE_SPP : PICTURE_SPP;
+}
+
 static enum lum_status prepare(struct lum_director *d, const struct lum_request *q, struct lum_reporting *r,
                                struct lum_error *err)
 {
@@ -94,7 +106,7 @@ static enum lum_status prepare(struct lum_director *d, const struct lum_request 
             lum_sensor_aim(one->sensor, lum_world_lit(&d->world));
     }
     for (int i = 0; i < LUM_REPORT_PICTURES && !st; i++) {
-        const struct lum_shot_desc desc = {LUM_REPORT_PICTURE_W, LUM_REPORT_PICTURE_H, PICTURE_SPP,
+        const struct lum_shot_desc desc = {LUM_REPORT_PICTURE_W, LUM_REPORT_PICTURE_H, spp_of(i),
                                            i == LUM_REPORT_ILLUMINANCE, v ? &v->settings.camera : NULL};
         st = lum_shot_create(&d->world, &desc, &r->shots[i], err);
     }
@@ -196,6 +208,36 @@ static enum lum_status answer(struct lum_director *d, const struct lum_request *
     return LUM_OK;
 }
 
+/* ---- progress ---- */
+
+/* Of sensors how many are done, of a picture how many samples a pixel. */
+static struct progress progress_of(const struct lum_reporting *r)
+{
+    static const char *const names[LUM_REPORT_PICTURES] = {"picture", "illuminance"};
+    if (r->n_done < r->n)
+        return (struct progress){"sensors", (uint32_t)r->n_done, (uint32_t)r->n};
+    if (r->n_pictures == LUM_REPORT_PICTURES)
+        return r->told; /* the page is written at once */
+    const struct lum_shot *shot = r->shots[r->n_pictures];
+    return (struct progress){names[r->n_pictures], lum_shot_spp(shot), spp_of(r->n_pictures)};
+}
+
+/* To who asked, whenever there is something new. Memory short: the next time. */
+static void tell_progress(struct lum_director *d)
+{
+    struct lum_reporting *r = d->reports.now;
+    struct progress now = progress_of(r);
+    if (now.stage == r->told.stage && now.done == r->told.done)
+        return;
+    r->told = now;
+    cJSON *params = cJSON_CreateObject();
+    if (lum_json_add_string(params, "stage", now.stage) && lum_json_add_number(params, "done", now.done) &&
+        lum_json_add_number(params, "of", now.of))
+        lum_director_send_news(d, d->reports.waiting->session, lum_rpc_notification("report.progress", params));
+    else
+        cJSON_Delete(params);
+}
+
 static void pop(struct lum_director *d)
 {
     struct lum_request *q = d->reports.waiting;
@@ -234,6 +276,8 @@ void lum_director_report(struct lum_director *d, double slice_ns)
     }
     if (st || over)
         pop(d);
+    else
+        tell_progress(d);
 }
 
 /* ---- requests ---- */

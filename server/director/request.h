@@ -99,6 +99,7 @@ struct lum_request {
     lum_id id;                 /* bounds, photometry, sensor.read, preset.*; sensor.place: what it lies on */
     bool on, points;           /* sensor.watch */
     double height_m, border_m; /* sensor.place */
+    uint32_t n_directions;     /* likewise */
     char asset[LUM_LIMIT_ASSET_BYTES + 1]; /* asset.photometry */
     char match[LUM_LIMIT_ID_BYTES + 1];    /* asset.list */
     /* copy_state: called on the director's thread, unless it ends before. The state passes over; false: no memory. */

@@ -175,14 +175,16 @@ static bool add_values(cJSON *o, const struct entry *e)
 {
     uint32_t nu, nv;
     lum_sensor_size(e->sensor, &nu, &nv);
-    cJSON *lx = cJSON_CreateArray();
-    bool ok = lx != NULL;
+    bool eyes = lum_sensor_has_eyes(&e->desc);
+    cJSON *values = cJSON_CreateArray();
+    bool ok = values != NULL;
     for (uint32_t i = 0; ok && i < nu * nv; i++) {
         struct lum_meter_reading r = lum_sensor_reading(e->sensor, i);
         bool is = r.clearance == LUM_CLEARANCE_FREE && r.stderr_lx >= 0.0;
-        ok = lum_json_add(lx, NULL, is ? cJSON_CreateNumber(rounded(r.lx, 4)) : cJSON_CreateNull());
+        double value = !is ? (double)NAN : eyes ? lum_sensor_gaze(e->sensor, i).ugr.ugr : r.lx;
+        ok = lum_json_add(values, NULL, isfinite(value) ? cJSON_CreateNumber(rounded(value, 4)) : cJSON_CreateNull());
     }
-    return lum_json_add(o, "lx", lx) && ok;
+    return lum_json_add(o, eyes ? "point_ugr" : "lx", values) && ok;
 }
 
 /* Over whose floor power is told: the largest work plane's. */
@@ -513,6 +515,8 @@ static bool read_place(struct lum_json_reader *r, struct lum_request *q)
     }
     lum_json_number(r, "height_m", -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, &q->height_m);
     lum_json_number(r, "border_m", 0.0, LUM_LIMIT_COORD_M, &q->border_m);
+    q->n_directions = 1;
+    lum_json_u32(r, "directions", 1, LUM_LIMIT_DIRECTIONS, &q->n_directions);
     return lum_json_end(r);
 }
 
@@ -532,7 +536,7 @@ static void place(struct lum_director *d, const struct lum_request *q)
         lum_director_refuse(d, q, &err);
         return;
     }
-    lum_work_plane_fit(&desc, LUM_LIMIT_SENSOR_POINTS);
+    lum_work_plane_fit(&desc, LUM_LIMIT_SENSOR_POINTS / (q->n_directions > 1 ? q->n_directions : 1));
     cJSON *o = cJSON_CreateObject();
     if (!lum_json_add_string(o, "kind", lum_sensor_kind_names[desc.kind]) ||
         !add_vector(o, "position", desc.position) || !add_vector(o, "u", desc.u) || !add_vector(o, "v", desc.v) ||

@@ -38,6 +38,7 @@ struct lum_gltf_material {
     lum_id id;
     uint32_t uv_set;     /* the TEXCOORD_n its textures use */
     bool shines, evenly; /* it is a light; without a texture that says where */
+    bool turns;          /* it looks different along tangents and across */
 };
 
 struct lum_gltf_mesh {
@@ -125,7 +126,7 @@ bool lum_gltf_mesh(struct lum_gltf *g, uint32_t index, const struct lum_gltf_pos
 uint32_t lum_gltf_mesh_material(struct lum_gltf *g, uint32_t mesh, uint32_t primitive);
 
 struct lum_gltf_vertices {
-    float *positions, *normals, *uvs, *colors; /* normals, uvs, colors: NULL when absent */
+    float *positions, *normals, *uvs, *tangents, *colors; /* 3, 3, 2, 4, 3 each; all but positions NULL when absent */
     uint32_t n;
 };
 bool lum_gltf_morph(struct lum_gltf *g, const cJSON *primitive, const cJSON *weights, struct lum_gltf_vertices *v);

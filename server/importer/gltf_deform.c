@@ -7,8 +7,9 @@
 
 /* ---- morph targets ---- */
 
+/* stride: floats from one vertex of `to` to the next. */
 static bool add_scaled(struct lum_gltf *g, uint32_t accessor, double weight, const struct lum_gltf_vertices *v,
-                       float *to)
+                       float *to, size_t stride)
 {
     float *delta = NULL;
     uint32_t n = 0;
@@ -16,7 +17,7 @@ static bool add_scaled(struct lum_gltf *g, uint32_t accessor, double weight, con
         return false;
     bool ok = n == v->n || lum_gltf_fail(g, LUM_ERR_INVALID, "a morph target has %u elements, POSITION %u", n, v->n);
     for (size_t i = 0; ok && i < 3 * (size_t)n; i++)
-        to[i] += (float)weight * delta[i];
+        to[i / 3 * stride + i % 3] += (float)weight * delta[i];
     lum_free(delta);
     return ok;
 }
@@ -32,11 +33,14 @@ bool lum_gltf_morph(struct lum_gltf *g, const cJSON *primitive, const cJSON *wei
             continue;
         uint32_t position = lum_gltf_index(g, target, "POSITION", LUM_GLTF_ACCESSORS);
         uint32_t normal = lum_gltf_index(g, target, "NORMAL", LUM_GLTF_ACCESSORS);
+        uint32_t tangent = lum_gltf_index(g, target, "TANGENT", LUM_GLTF_ACCESSORS);
         if (!lum_gltf_ok(g))
             return false;
-        if (position != LUM_GLTF_NONE && !add_scaled(g, position, weight->valuedouble, v, v->positions))
+        if (position != LUM_GLTF_NONE && !add_scaled(g, position, weight->valuedouble, v, v->positions, 3))
             return false;
-        if (normal != LUM_GLTF_NONE && v->normals && !add_scaled(g, normal, weight->valuedouble, v, v->normals))
+        if (normal != LUM_GLTF_NONE && v->normals && !add_scaled(g, normal, weight->valuedouble, v, v->normals, 3))
+            return false;
+        if (tangent != LUM_GLTF_NONE && v->tangents && !add_scaled(g, tangent, weight->valuedouble, v, v->tangents, 4))
             return false;
     }
     return lum_gltf_ok(g);
@@ -148,6 +152,17 @@ static struct lum_vec3 turn_normal(const struct lum_affined *a, const float *n)
     return lum_normalize(lum_v3((float)r[0], (float)r[1], (float)r[2]));
 }
 
+/* Tangents go as the surface does. Bitangents keep their sign: where the surface is mirrored, the cofactors turn its
+ * normals round. */
+static void move_tangent(const struct lum_affined *a, float *t)
+{
+    double d[3];
+    for (int i = 0; i < 3; i++)
+        d[i] = a->m[i][0] * (double)t[0] + a->m[i][1] * (double)t[1] + a->m[i][2] * (double)t[2];
+    for (int i = 0; i < 3; i++)
+        t[i] = (float)d[i];
+}
+
 static void move_vertex(const struct lum_affined *a, struct lum_gltf_vertices *v, uint32_t i)
 {
     float *p = v->positions + 3 * (size_t)i;
@@ -155,6 +170,8 @@ static void move_vertex(const struct lum_affined *a, struct lum_gltf_vertices *v
     p[0] = (float)q.x;
     p[1] = (float)q.y;
     p[2] = (float)q.z;
+    if (v->tangents)
+        move_tangent(a, v->tangents + 4 * (size_t)i);
     if (!v->normals)
         return;
     float *n = v->normals + 3 * (size_t)i;

@@ -27,7 +27,7 @@ struct look {
     double emission[3]; /* cd/m2 by channel */
     const char *alpha_mode;
     double alpha_cutoff;
-    struct texture base_color_texture, metallic_roughness_texture, emission_texture, normal_texture;
+    struct texture base_color_texture, metallic_roughness_texture, emission_texture, normal_texture, anisotropy_texture;
 };
 
 /* ---- textures ---- */
@@ -172,7 +172,6 @@ static void read_sheen(struct lum_gltf *g, const cJSON *o, struct look *m)
         lum_gltf_warn(g, "the textures of KHR_materials_sheen are not supported; its factors are used alone");
 }
 
-/* Without its texture, whose directions turn from place to place, strength and direction are those of the factors. */
 static void read_anisotropy(struct lum_gltf *g, const cJSON *o, struct look *m)
 {
     const cJSON *ext = lum_gltf_extension(g, o, "KHR_materials_anisotropy");
@@ -180,8 +179,8 @@ static void read_anisotropy(struct lum_gltf *g, const cJSON *o, struct look *m)
         return;
     m->anisotropy = lum_gltf_clamped(g, ext, "anisotropyStrength", 0.0, unit_range);
     m->anisotropy_rotation_deg = fmod(lum_gltf_number(g, ext, "anisotropyRotation", 0.0) * 180.0 / PI, 360.0);
-    if (m->anisotropy > 0.0 && lum_gltf_object(g, ext, "anisotropyTexture"))
-        lum_gltf_warn(g, "the texture of KHR_materials_anisotropy is not supported; its factors are used alone");
+    if (m->anisotropy > 0.0)
+        read_texture(g, ext, "anisotropyTexture", true, &m->anisotropy_texture);
 }
 
 static void read_clearcoat(struct lum_gltf *g, const cJSON *o, struct look *m)
@@ -280,7 +279,7 @@ static bool read_look(struct lum_gltf *g, const cJSON *o, struct look *m)
 static uint32_t choose_uv_set(struct lum_gltf *g, struct look *m)
 {
     struct texture *const all[] = {&m->base_color_texture, &m->emission_texture, &m->normal_texture,
-                                   &m->metallic_roughness_texture};
+                                   &m->metallic_roughness_texture, &m->anisotropy_texture};
     const struct texture *first = NULL;
     for (size_t i = 0; i < LUM_ARRAY_LEN(all); i++) {
         if (!all[i]->image)
@@ -356,6 +355,7 @@ static enum lum_status send_look(struct lum_gltf *g, const char *id, const struc
     if (m->anisotropy > 0.0) {
         lum_op_number(&op, "anisotropy", m->anisotropy);
         lum_op_number(&op, "anisotropy_rotation_deg", m->anisotropy_rotation_deg);
+        put_texture(&op, "anisotropy_texture", &m->anisotropy_texture);
     }
     if (m->clearcoat > 0.0) {
         lum_op_number(&op, "clearcoat", m->clearcoat);
@@ -391,6 +391,7 @@ const struct lum_gltf_material *lum_gltf_material(struct lum_gltf *g, uint32_t i
     material->uv_set = choose_uv_set(g, &look);
     material->shines = luminance_of(look.emission) > 0.0;
     material->evenly = !look.emission_texture.image;
+    material->turns = look.normal_texture.image || look.anisotropy > 0.0;
     struct lum_id_request name = {"material/", is_default ? "default" : lum_gltf_string(g, o, "name"), "material",
                                   index};
     struct lum_error err;

@@ -32,11 +32,20 @@ static void free_vertices(struct lum_gltf_vertices *v)
     lum_free(v->positions);
     lum_free(v->normals);
     lum_free(v->uvs);
+    lum_free(v->tangents);
     lum_free(v->colors);
     memset(v, 0, sizeof *v);
 }
 
-static bool read_vertices(struct lum_gltf *g, const cJSON *primitive, uint32_t uv_set, struct lum_gltf_vertices *v)
+/* Where the material asks for them; without normals a file's are to be ignored (glTF 2.0, 3.7.2.1). */
+static bool read_tangents(struct lum_gltf *g, const cJSON *attributes, const struct lum_gltf_material *material,
+                          struct lum_gltf_vertices *v)
+{
+    return !material->turns || !v->normals || read_attribute(g, attributes, "TANGENT", 4, v, &v->tangents);
+}
+
+static bool read_vertices(struct lum_gltf *g, const cJSON *primitive, const struct lum_gltf_material *material,
+                          struct lum_gltf_vertices *v)
 {
     static const char *const uv_keys[16] = {
         "TEXCOORD_0",  "TEXCOORD_1",  "TEXCOORD_2",  "TEXCOORD_3",  "TEXCOORD_4",  "TEXCOORD_5",
@@ -54,8 +63,8 @@ static bool read_vertices(struct lum_gltf *g, const cJSON *primitive, uint32_t u
     if (v->n > LUM_LIMIT_VERTICES)
         return lum_gltf_fail(g, LUM_ERR_LIMIT, "has %u vertices, over the limit of %u", v->n, LUM_LIMIT_VERTICES);
     return read_attribute(g, attributes, "NORMAL", 3, v, &v->normals) &&
-           read_attribute(g, attributes, uv_keys[uv_set], 2, v, &v->uvs) &&
-           read_attribute(g, attributes, "COLOR_0", 3, v, &v->colors);
+           read_attribute(g, attributes, uv_keys[material->uv_set], 2, v, &v->uvs) &&
+           read_tangents(g, attributes, material, v) && read_attribute(g, attributes, "COLOR_0", 3, v, &v->colors);
 }
 
 /* ---- indices ---- */
@@ -158,11 +167,11 @@ static bool send_primitive(struct lum_gltf *g, uint32_t mesh, const cJSON *primi
     struct triangles t = {0};
     struct lum_error err = {0};
     struct lum_id_request name = {"mesh/", lum_gltf_string(g, o, "name"), "mesh", mesh};
-    bool ok = read_vertices(g, primitive, material->uv_set, &v) &&
-              read_triangles(g, primitive, (enum mode)mode, v.n, &t) && deform(g, o, primitive, pose, &v);
+    bool ok = read_vertices(g, primitive, material, &v) && read_triangles(g, primitive, (enum mode)mode, v.n, &t) &&
+              deform(g, o, primitive, pose, &v);
     if (ok) {
         clamp_colors(&v);
-        struct lum_mesh_arrays m = {v.positions, v.normals, v.uvs, v.colors, t.indices, v.n, t.n};
+        struct lum_mesh_arrays m = {v.positions, v.normals, v.uvs, v.tangents, v.colors, t.indices, v.n, t.n};
         uint32_t n_lamps = material->shines && material->evenly ? g->n_shown[mesh] : 0;
         enum lum_status status = lum_mesh_send(g->im, &name, &m, n_lamps, ret_parts, &err);
         ok = !status || lum_gltf_fail(g, status, "%s", err.text);

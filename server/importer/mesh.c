@@ -22,6 +22,8 @@ static enum lum_status send_arrays(struct lum_importer *im, const char *id, cons
         lum_emit_blob(&im->emit, &op, "normals", m->normals, 3 * row);
     if (m->uvs)
         lum_emit_blob(&im->emit, &op, "uvs", m->uvs, 2 * row);
+    if (m->tangents)
+        lum_emit_blob(&im->emit, &op, "tangents", m->tangents, 4 * row);
     if (m->colors)
         lum_emit_blob(&im->emit, &op, "colors", m->colors, 3 * row);
     return lum_emit_op(&im->emit, &op, err);
@@ -34,6 +36,7 @@ static void free_arrays(struct lum_mesh_arrays *m)
     lum_free(m->positions);
     lum_free(m->normals);
     lum_free(m->uvs);
+    lum_free(m->tangents);
     lum_free(m->colors);
     lum_free(m->indices);
 }
@@ -46,11 +49,12 @@ static bool alloc_like(const struct lum_mesh_arrays *m, struct lum_mesh_arrays *
         .positions = lum_calloc(3 * n, sizeof(float)),
         .normals = m->normals ? lum_calloc(3 * n, sizeof(float)) : NULL,
         .uvs = m->uvs ? lum_calloc(2 * n, sizeof(float)) : NULL,
+        .tangents = m->tangents ? lum_calloc(4 * n, sizeof(float)) : NULL,
         .colors = m->colors ? lum_calloc(3 * n, sizeof(float)) : NULL,
         .indices = lum_calloc(3 * (size_t)m->n_triangles, sizeof(uint32_t)),
     };
     return ret->positions && ret->indices && (ret->normals || !m->normals) && (ret->uvs || !m->uvs) &&
-           (ret->colors || !m->colors);
+           (ret->tangents || !m->tangents) && (ret->colors || !m->colors);
 }
 
 static void copy_vertex(const struct lum_mesh_arrays *m, uint32_t from, struct lum_mesh_arrays *part)
@@ -61,6 +65,8 @@ static void copy_vertex(const struct lum_mesh_arrays *m, uint32_t from, struct l
         memcpy(part->normals + 3 * to, m->normals + 3 * (size_t)from, 3 * sizeof(float));
     if (m->uvs)
         memcpy(part->uvs + 2 * to, m->uvs + 2 * (size_t)from, 2 * sizeof(float));
+    if (m->tangents)
+        memcpy(part->tangents + 4 * to, m->tangents + 4 * (size_t)from, 4 * sizeof(float));
     if (m->colors)
         memcpy(part->colors + 3 * to, m->colors + 3 * (size_t)from, 3 * sizeof(float));
 }

@@ -5,8 +5,9 @@
 #include "server/importer/importer.h"
 
 struct lum_mesh_arrays {
-    float *positions, *normals, *uvs, *colors; /* 3, 3, 2, 3 per vertex; normals, uvs, colors: NULL when absent */
-    uint32_t *indices;                         /* 3 * n_triangles */
+    float *positions, *normals, *uvs, *tangents,
+        *colors;       /* 3, 3, 2, 4, 3 per vertex; all but positions NULL when absent */
+    uint32_t *indices; /* 3 * n_triangles */
     uint32_t n_vertices, n_triangles;
 };
 

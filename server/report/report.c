@@ -47,7 +47,10 @@ static const char head[] =
 
 static void put_name(FILE *f, const struct lum_measured *m)
 {
-    lum_page_text(f, m->name && m->name[0] ? m->name : m->id ? m->id : "Work plane");
+    lum_page_text(f, m->name && m->name[0]           ? m->name
+                     : m->id                         ? m->id
+                     : lum_sensor_has_eyes(&m->desc) ? "Eyes"
+                                                     : "Work plane");
 }
 
 /* So many digits, but never as a power of ten: people read this. */
@@ -101,7 +104,8 @@ static void put_band(FILE *f, const struct lum_measured *m)
 static void put_summary_row(FILE *f, const struct lum_measured *m)
 {
     const struct lum_sensor_result *r = &m->result;
-    bool is_eye = m->desc.kind == LUM_SENSOR_OBSERVER, many = !is_eye && m->desc.kind != LUM_SENSOR_POINT;
+    bool is_observer = m->desc.kind == LUM_SENSOR_OBSERVER, is_eye = is_observer || lum_sensor_has_eyes(&m->desc);
+    bool many = !is_eye && m->desc.kind != LUM_SENSOR_POINT;
     struct lum_sensor_verdicts v = lum_sensor_judge(r, &m->targets);
     fputs("<tr><td>", f);
     put_name(f, m);
@@ -110,7 +114,7 @@ static void put_summary_row(FILE *f, const struct lum_measured *m)
     put_amount(f, many, r->least, 4);
     put_amount(f, many, r->uniformity, 3);
     put_amount(f, is_eye, (struct lum_amount){r->ugr.ugr, r->ugr.stderr_of}, 3);
-    put_amount(f, is_eye, (struct lum_amount){r->dgp.dgp, r->dgp.stderr_of}, 3);
+    put_amount(f, is_observer, (struct lum_amount){r->dgp.dgp, r->dgp.stderr_of}, 3);
     put_band(f, m);
     fputs("<td>", f);
     put_target(f, "E<sub>m</sub>", m->targets.lx, &v.lx, "&ge;");
@@ -211,38 +215,96 @@ static bool is_dark(const uint8_t rgb[3])
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2] < 0.18;
 }
 
+/* What a plan shows of a point: lx, or UGR of eyes. NAN: nothing glares. */
+struct shown {
+    const char *left_out; /* why; NULL: it is not */
+    double value, stderr_of;
+};
+
+static struct shown shown_at(const struct lum_measured *m, uint32_t i)
+{
+    struct lum_meter_reading r = lum_sensor_reading(m->sensor, i);
+    struct shown s = {lum_sensor_left_out(r.clearance), r.lx, r.stderr_lx};
+    if (s.left_out || !lum_sensor_has_eyes(&m->desc))
+        return s;
+    struct lum_ugr ugr = lum_sensor_gaze(m->sensor, i).ugr;
+    return (struct shown){NULL, isfinite(ugr.ugr) ? ugr.ugr : (double)NAN, ugr.stderr_of};
+}
+
+/* The steps of EN 12464-1. */
+static void make_ugr_scale(struct lum_scale *ret)
+{
+    static const double limits[] = {10, 13, 16, 19, 22, 25, 28};
+    *ret = (struct lum_scale){.kind = LUM_SCALE_LINEAR, .min = 7, .max = 31};
+    for (ret->n_limits = 0; ret->n_limits < LUM_ARRAY_LEN(limits); ret->n_limits++)
+        ret->limits[ret->n_limits] = limits[ret->n_limits];
+    ret->n_colors = ret->n_limits + 1;
+    for (uint32_t i = 0; i < ret->n_colors; i++)
+        lum_palette_color(LUM_PALETTE_EVEN, ((double)i + 0.5) / ret->n_colors, ret->colors[i]);
+}
+
+/* Which way an eye looks that is glared most: from the middle of its cell, as the plan lies, u to the right. */
+static void put_look(FILE *f, const struct lum_measured *m, uint32_t i, uint32_t x, uint32_t y, uint32_t side)
+{
+    struct lum_vec3 d = lum_sensor_direction(m->sensor, lum_sensor_gaze(m->sensor, i).direction);
+    double u = lum_v3d_length(m->desc.u), v = lum_v3d_length(m->desc.v), dx, dy;
+    dx = ((double)d.x * m->desc.u.x + (double)d.y * m->desc.u.y + (double)d.z * m->desc.u.z) / u;
+    dy = ((double)d.x * m->desc.v.x + (double)d.y * m->desc.v.y + (double)d.z * m->desc.v.z) / v;
+    double length = hypot(dx, dy), cx = x + 0.5 * side, cy = y + 0.5 * side, r = 0.48 * side;
+    if (!(length > 1e-3))
+        return;
+    dx /= length, dy /= length;
+    fprintf(f, "<path d=\"M%.1f %.1fL%.1f %.1fL%.1f %.1fz\" fill=\"#000\" stroke=\"#fff\" stroke-width=\".7\"/>",
+            cx + r * dx, cy + r * dy, cx + 0.78 * r * dx - 0.14 * r * dy, cy + 0.78 * r * dy + 0.14 * r * dx,
+            cx + 0.78 * r * dx + 0.14 * r * dy, cy + 0.78 * r * dy - 0.14 * r * dx);
+}
+
+static void put_value(FILE *f, const struct lum_measured *m, const struct shown *is)
+{
+    if (is->left_out || isnan(is->value))
+        fputs("&ndash;", f);
+    else if (lum_sensor_has_eyes(&m->desc))
+        fprintf(f, "%.1f", is->value);
+    else
+        fprintf(f, is->value < 10.0 ? "%.2g" : "%.0f", is->value);
+}
+
 static void put_cell(FILE *f, const struct lum_measured *m, const struct lum_scale *scale, uint32_t i, uint32_t x,
                      uint32_t y, uint32_t side)
 {
-    struct lum_meter_reading r = lum_sensor_reading(m->sensor, i);
-    const char *why = lum_sensor_left_out(r.clearance);
-    const uint8_t *rgb = scale->colors[lum_scale_color(scale, r.lx)];
+    struct shown is = shown_at(m, i);
+    bool eyes = lum_sensor_has_eyes(&m->desc), empty = is.left_out || isnan(is.value);
+    const uint8_t *rgb = scale->colors[empty ? 0 : lum_scale_color(scale, is.value)];
     fprintf(f, "<rect x=\"%u\" y=\"%u\" width=\"%u\" height=\"%u\" fill=\"", x, y, side, side);
-    if (why)
-        fputs("#ddd", f);
+    if (empty)
+        fputs(is.left_out ? "#ddd" : "#fff", f);
     else
         put_color(f, rgb);
     fputs("\"><title>", f);
-    if (why)
-        fprintf(f, "left out: %s", why);
+    if (is.left_out)
+        fprintf(f, "left out: %s", is.left_out);
+    else if (empty)
+        fputs("nothing glares", f);
     else
-        fprintf(f, "%.4g lx &plusmn; %.2g", r.lx, r.stderr_lx);
+        fprintf(f, eyes ? "UGR %.3g &plusmn; %.2g" : "%.4g lx &plusmn; %.2g", is.value, is.stderr_of);
     fputs("</title></rect>", f);
     if (side < CELL_WITH_NUMBER)
         return;
     fprintf(f, "<text x=\"%u\" y=\"%u\" fill=\"%s\"%s>", x + side / 2, y + side / 2 + 4,
-            !why && is_dark(rgb) ? "#fff" : "#000",
-            !why && i == m->result.least_at ? " font-weight=\"bold\" text-decoration=\"underline\"" : "");
-    if (why)
-        fputs("&ndash;", f);
-    else
-        fprintf(f, r.lx < 10.0 ? "%.2g" : "%.0f", r.lx);
-    fputs("</text>\n", f);
+            !empty && is_dark(rgb) ? "#fff" : "#000",
+            !empty && i == (eyes ? m->result.worst_at : m->result.least_at)
+                ? " font-weight=\"bold\" text-decoration=\"underline\""
+                : "");
+    put_value(f, m, &is);
+    fputs("</text>", f);
+    if (eyes && !empty)
+        put_look(f, m, i, x, y, side);
+    fputc('\n', f);
 }
 
-static void put_key(FILE *f, const struct lum_scale *s)
+static void put_key(FILE *f, const struct lum_scale *s, const char *unit)
 {
-    fputs("<p class=\"key\">lx: ", f);
+    fprintf(f, "<p class=\"key\">%s: ", unit);
     for (uint32_t i = 0; i < s->n_colors; i++) {
         fputs("<span><i style=\"background: ", f);
         put_color(f, s->colors[i]);
@@ -259,19 +321,22 @@ static void put_cells(FILE *f, const struct lum_measured *m, const struct lum_sc
 {
     uint32_t side = PLAN_WIDTH / nu < PLAN_HEIGHT / nv ? PLAN_WIDTH / nu : PLAN_HEIGHT / nv;
     side = side < 1 ? 1 : side > CELL_MAX ? CELL_MAX : side; /* what is wider still is made smaller by its style */
-    fputs("<figure><svg role=\"img\" aria-label=\"illuminance of each point\" ", f);
+    bool eyes = lum_sensor_has_eyes(&m->desc);
+    fprintf(f, "<figure><svg role=\"img\" aria-label=\"%s of each point\" ", eyes ? "UGR" : "illuminance");
     fputs(side < CELL_WITH_LARGE ? "class=\"small\" " : "", f);
     fprintf(f, "width=\"%u\" height=\"%u\" viewBox=\"0 0 %u %u\">\n", nu * side, nv * side, nu * side, nv * side);
     for (uint32_t i = 0; i < nu * nv; i++)
         put_cell(f, m, scale, i, i % nu * side, i / nu * side, side);
     struct lum_vec3d a = lum_sensor_point(m->sensor, 0), b = lum_sensor_point(m->sensor, nu * nv - 1);
-    fprintf(
-        f,
-        "</svg><figcaption>%u x %u points, %.3g x %.3g m apart, from x %.2f, y %.2f, z %.2f m at the top left to x "
-        "%.2f, y %.2f, z %.2f m at the bottom right; the least is underlined, grey is left out (%u inside furniture "
-        "or walls, %u right below something)</figcaption></figure>\n",
-        nu, nv, lum_v3d_length(m->desc.u) / nu, nv > 1 ? lum_v3d_length(m->desc.v) / nv : 0.0, a.x, a.y, a.z, b.x, b.y,
-        b.z, m->result.n_inside, m->result.n_covered);
+    fprintf(f,
+            "</svg><figcaption>%u x %u points, %.3g x %.3g m apart, from x %.2f, y %.2f, z %.2f m at the top left to x "
+            "%.2f, y %.2f, z %.2f m at the bottom right; %s, grey is left out (%u inside furniture "
+            "or walls, %u right below something)</figcaption></figure>\n",
+            nu, nv, lum_v3d_length(m->desc.u) / nu, nv > 1 ? lum_v3d_length(m->desc.v) / nv : 0.0, a.x, a.y, a.z, b.x,
+            b.y, b.z,
+            eyes ? "of each eye the line of sight that is glared most, which a mark shows; the worst is underlined"
+                 : "the least is underlined",
+            m->result.n_inside, m->result.n_covered);
 }
 
 static enum lum_status put_plan(FILE *f, const struct lum_measured *m, struct lum_error *err)
@@ -289,12 +354,15 @@ static enum lum_status put_plan(FILE *f, const struct lum_measured *m, struct lu
         lx[i] = lum_sensor_left_out(r.clearance) ? NAN : (float)r.lx;
     }
     const struct lum_false_color colors = {.min = NAN, .max = NAN};
-    if (lum_scale_make(&colors, lx, (size_t)nu * nv, &scale)) {
+    bool eyes = lum_sensor_has_eyes(&m->desc);
+    if (eyes)
+        make_ugr_scale(&scale);
+    if (eyes || lum_scale_make(&colors, lx, (size_t)nu * nv, &scale)) {
         fputs("<section><h2>", f);
         put_name(f, m);
         fputs("</h2>\n", f);
         put_cells(f, m, &scale, nu, nv);
-        put_key(f, &scale);
+        put_key(f, &scale, eyes ? "UGR" : "lx");
         fputs("</section>\n", f);
     }
     lum_free(lx);
@@ -443,7 +511,7 @@ const struct lum_measured *lum_report_worst(const struct lum_measured *measured,
     *ret_observers = 0;
     for (size_t i = 0; i < n; i++) {
         const struct lum_sensor_result *r = &measured[i].result;
-        if (measured[i].desc.kind != LUM_SENSOR_OBSERVER)
+        if (measured[i].desc.kind != LUM_SENSOR_OBSERVER && (by_day || !lum_sensor_has_eyes(&measured[i].desc)))
             continue;
         ++*ret_observers;
         double glare = by_day ? r->dgp.dgp : r->ugr.ugr;

@@ -86,16 +86,19 @@ static enum lum_status put_mesh(struct lum_scene *scene, const struct lum_record
                                  .n_vertices = (uint32_t)(m->positions.n / 3),
                                  .n_triangles = (uint32_t)(m->indices.n / 3),
                                  .deforming = m->deforming};
-    float *normals = NULL, *uvs = NULL, *colors = NULL;
+    float *normals = NULL, *uvs = NULL, *tangents = NULL, *colors = NULL;
     enum lum_status st = floats_of(&m->normals, "normals", &normals, &desc.normals, err);
     if (!st)
         st = floats_of(&m->uvs, "uvs", &uvs, &desc.uvs, err);
+    if (!st)
+        st = floats_of(&m->tangents, "tangents", &tangents, &desc.tangents, err);
     if (!st)
         st = floats_of(&m->colors, "colors", &colors, &desc.colors, err);
     if (!st)
         st = lum_scene_put_mesh(scene, r->id, &desc, err);
     lum_free(normals);
     lum_free(uvs);
+    lum_free(tangents);
     lum_free(colors);
     return st;
 }
@@ -155,6 +158,7 @@ enum lum_status lum_apply_material(const struct lum_record *r, struct lum_materi
         .metallic_roughness_texture = texture_of(&m->metallic_roughness_texture),
         .emission_texture = texture_of(&m->emission_texture),
         .normal_texture = texture_of(&m->normal_texture),
+        .anisotropy_texture = texture_of(&m->anisotropy_texture),
         .normal_scale = (float)m->normal_scale,
         .metallic = (float)m->metallic,
         .roughness = (float)m->roughness,

@@ -18,7 +18,7 @@ const char *const lum_sensor_quantity_names[] = {
     [LUM_METER_PLANE] = "plane",
     [LUM_METER_CYLINDER] = "cylindrical",
     [LUM_METER_HALF_CYLINDER] = "semicylindrical",
-    [LUM_METER_EYE] = NULL,
+    [LUM_METER_EYE] = "ugr",
 };
 
 #define MODELLING "modelling" /* a plane, and cylinders too */
@@ -87,11 +87,12 @@ struct lum_sensor_desc lum_sensor_desc_of(const struct lum_record *r)
                                 .normal = direction(s->normal),
                                 .facing = direction(s->direction),
                                 .spacing_m = s->spacing_m.set ? s->spacing_m.value : 0.0,
-                                .floor_m2 = s->floor_m2.set ? s->floor_m2.value : 0.0};
+                                .floor_m2 = s->floor_m2.set ? s->floor_m2.value : 0.0,
+                                .n_directions = (uint32_t)s->directions};
     for (int k = LUM_SENSOR_POINT; k <= LUM_SENSOR_OBSERVER; k++)
         if (strcmp(s->kind, lum_sensor_kind_names[k]) == 0)
             d.kind = (enum lum_sensor_kind)k;
-    for (int q = LUM_METER_PLANE; q <= LUM_METER_HALF_CYLINDER; q++)
+    for (int q = LUM_METER_PLANE; q <= LUM_METER_EYE; q++)
         if (strcmp(s->quantity, lum_sensor_quantity_names[q]) == 0)
             d.quantity = (enum lum_meter_kind)q;
     d.modelling = d.kind != LUM_SENSOR_OBSERVER && strcmp(s->quantity, MODELLING) == 0;
@@ -141,13 +142,12 @@ static bool add_verdict(cJSON *to, const char *name, const struct lum_verdict *v
     return lum_json_add(to, name, o) && ok;
 }
 
-static bool add_verdicts(cJSON *to, const struct lum_sensor_result *r, const struct lum_sensor_targets *t,
-                         bool observer)
+static bool add_verdicts(cJSON *to, const struct lum_sensor_result *r, const struct lum_sensor_targets *t, bool glare)
 {
     struct lum_sensor_verdicts v = lum_sensor_judge(r, t);
     cJSON *o = cJSON_CreateObject();
-    bool ok = observer ? add_verdict(o, "ugr", &v.ugr, t->ugr) && add_verdict(o, "dgp", &v.dgp, t->dgp)
-                       : add_verdict(o, "em", &v.lx, t->lx) && add_verdict(o, "uo", &v.uo, t->uo);
+    bool ok = glare ? add_verdict(o, "ugr", &v.ugr, t->ugr) && add_verdict(o, "dgp", &v.dgp, t->dgp)
+                    : add_verdict(o, "em", &v.lx, t->lx) && add_verdict(o, "uo", &v.uo, t->uo);
     return lum_json_add(to, "targets", o) && ok;
 }
 
@@ -170,6 +170,28 @@ static bool add_glare_by_day(cJSON *o, const struct lum_sensor_result *r)
                        lum_json_add_bool(o, "dgp_in_range", r->eye.value > LUM_DGP_MIN_LX)));
 }
 
+static bool add_vector(cJSON *o, const char *name, double x, double y, double z)
+{
+    const double v[3] = {x, y, z};
+    return lum_json_add(o, name, cJSON_CreateDoubleArray(v, 3));
+}
+
+static bool add_direction(cJSON *o, const char *name, const struct lum_sensor *sensor, uint32_t direction)
+{
+    struct lum_vec3 d = lum_sensor_direction(sensor, direction);
+    return add_vector(o, name, (double)d.x, (double)d.y, (double)d.z);
+}
+
+/* Of eyes: where, and looking which way, one is glared most. */
+static bool add_eyes(cJSON *o, const struct lum_sensor_desc *desc, const struct lum_sensor *sensor,
+                     const struct lum_sensor_result *r)
+{
+    struct lum_vec3d at = lum_sensor_point(sensor, r->worst_at);
+    return lum_json_add_number(o, "directions", desc->n_directions) && add_glare(o, r) &&
+           (r->n_known == 0 || (add_vector(o, "worst_point", at.x, at.y, at.z) &&
+                                add_direction(o, "worst_direction", sensor, r->worst_direction)));
+}
+
 static bool add_modelling(cJSON *o, const struct lum_sensor_result *r)
 {
     return add_amount(o, "ez_lx", "ez_stderr_lx", &r->cylindrical) &&
@@ -187,27 +209,39 @@ bool lum_sensor_add_result(cJSON *o, const struct lum_sensor_desc *desc, const s
         return add_glare(o, r) && add_glare_by_day(o, r) && add_verdicts(o, r, targets, true);
     uint32_t nu, nv;
     lum_sensor_size(sensor, &nu, &nv);
-    return lum_json_add_string(o, "quantity", lum_sensor_quantity_name(desc)) && lum_json_add_number(o, "nu", nu) &&
-           lum_json_add_number(o, "nv", nv) && lum_json_add_number(o, "left_out", r->n_covered + r->n_inside) &&
-           add_amount(o, "em_lx", "em_stderr_lx", &r->mean) && add_amount(o, "emin_lx", "emin_stderr_lx", &r->least) &&
+    if (!(lum_json_add_string(o, "quantity", lum_sensor_quantity_name(desc)) && lum_json_add_number(o, "nu", nu) &&
+          lum_json_add_number(o, "nv", nv) && lum_json_add_number(o, "left_out", r->n_covered + r->n_inside)))
+        return false;
+    if (lum_sensor_has_eyes(desc))
+        return add_eyes(o, desc, sensor, r) && add_verdicts(o, r, targets, true);
+    return add_amount(o, "em_lx", "em_stderr_lx", &r->mean) && add_amount(o, "emin_lx", "emin_stderr_lx", &r->least) &&
            add_amount(o, "emax_lx", "emax_stderr_lx", &r->most) && add_amount(o, "uo", "uo_stderr", &r->uniformity) &&
            (!desc->modelling || add_modelling(o, r)) && add_verdicts(o, r, targets, false);
 }
 
-static bool add_point(cJSON *o, const struct lum_sensor *sensor, uint32_t i, bool modelling)
+static bool add_gaze(cJSON *o, const struct lum_sensor *sensor, uint32_t i)
+{
+    struct lum_gaze is = lum_sensor_gaze(sensor, i);
+    return !is.known ||
+           (lum_json_add_number(o, "ugr", is.ugr.ugr) && lum_json_add_number(o, "ugr_stderr", is.ugr.stderr_of) &&
+            add_direction(o, "direction", sensor, is.direction));
+}
+
+static bool add_point(cJSON *o, const struct lum_sensor *sensor, uint32_t i, const struct lum_sensor_desc *desc)
 {
     struct lum_vec3d p = lum_sensor_point(sensor, i);
     struct lum_meter_reading is = lum_sensor_reading(sensor, i);
-    const double at[3] = {p.x, p.y, p.z};
     const char *why = lum_sensor_left_out(is.clearance);
-    if (!lum_json_add(o, "point", cJSON_CreateDoubleArray(at, 3)))
+    if (!add_vector(o, "point", p.x, p.y, p.z))
         return false;
     if (why)
         return lum_json_add_string(o, "left_out", why);
+    if (lum_sensor_has_eyes(desc))
+        return add_gaze(o, sensor, i);
     if (is.stderr_lx >= 0.0 &&
         !(lum_json_add_number(o, "lx", is.lx) && lum_json_add_number(o, "stderr_lx", is.stderr_lx)))
         return false;
-    if (!modelling)
+    if (!desc->modelling)
         return true;
     is = lum_sensor_cylindrical(sensor, i);
     return is.stderr_lx < 0.0 ||
@@ -222,7 +256,7 @@ cJSON *lum_sensor_points_json(const struct lum_sensor_desc *desc, const struct l
     lum_sensor_size(sensor, &nu, &nv);
     for (uint32_t i = 0; ok && i < nu * nv; i++) {
         cJSON *o = cJSON_CreateObject();
-        ok = add_point(o, sensor, i, desc->modelling);
+        ok = add_point(o, sensor, i, desc);
         ok = lum_json_add(list, NULL, o) && ok;
     }
     if (ok)

@@ -27,7 +27,7 @@ struct lum_sensor_desc lum_sensor_desc_of(const struct lum_record *r);
 struct lum_sensor_targets lum_sensor_targets_of(const struct lum_record *r);
 
 extern const char *const lum_sensor_kind_names[]; /* by enum lum_sensor_kind */
-/* By enum lum_meter_kind; of EYE NULL. */
+/* By enum lum_meter_kind. */
 extern const char *const lum_sensor_quantity_names[];
 /* As records have it; of an observer NULL. */
 const char *lum_sensor_quantity_name(const struct lum_sensor_desc *desc);
@@ -43,7 +43,8 @@ extern const char *const lum_dgp_band_names[];
 /* Adds what a result says to the object; memory short: false. */
 bool lum_sensor_add_result(struct cJSON *to, const struct lum_sensor_desc *desc, const struct lum_sensor *sensor,
                            const struct lum_sensor_result *result, const struct lum_sensor_targets *targets);
-/* "points": [{"point","lx","stderr_lx"}], with modelling "ez_lx","ez_stderr_lx" as well, and of those left out
+/* "points": [{"point","lx","stderr_lx"}], of eyes {"point","ugr","ugr_stderr","direction"}, with modelling
+ * "ez_lx","ez_stderr_lx" as well, and of those left out
  * {"point","left_out"} alone. NULL: memory is short. */
 struct cJSON *lum_sensor_points_json(const struct lum_sensor_desc *desc, const struct lum_sensor *sensor);
 

@@ -49,7 +49,7 @@ FORMS = {
     "probe": {"view_id": 4000000000, "x": 1, "y": 1, "samples": 4},
     "sensor.watch": {"on": False, "points": True},
     "sensor.read": {"id": "floor"},
-    "sensor.place": {"on": "floor", "height_m": 1, "border_m": 0},
+    "sensor.place": {"on": "floor", "height_m": 1, "border_m": 0, "directions": 8},
     "report.get": {"view_id": 4000000000},
     "stats.get": {},
 }

@@ -82,15 +82,18 @@ static void the_table_is_the_albedo(void **state)
     double worst = 0.0, total = 0.0;
     uint32_t n = 0;
     for (float strength = 0.2f; strength <= 1.0f; strength += 0.4f)
-        for (int textured = 0; textured < 2; textured++)
+        for (int textured = 0; textured < 4; textured++) /* what is left to textures */
             for (float alpha = 0.02f; alpha < 1.0f; alpha *= TEST_TELLS ? 3.1f : 10.0f) {
-                struct lum_brushed_table *t = lum_brushed_table_create(strength, textured ? -1.0f : alpha);
+                float of = textured & 2 ? -1.0f : strength, across = textured & 1 ? -1.0f : alpha;
+                struct lum_brushed_table *t = lum_brushed_table_create(of, across);
                 assert_non_null(t);
+                assert_true(lum_brushed_table_serves(t, of, across) && !lum_brushed_table_serves(t, 0.9f, across));
                 struct lum_vec2 spread = {lum_brushed_along(alpha, strength), alpha};
+                struct lum_brushed_row row = lum_brushed_row(t, strength, alpha);
                 for (double c = 0.06; c <= 1.0; c += 0.234)
                     for (double phi = 0.05; phi < 1.6; phi += 0.3) {
                         struct lum_vec3 o = direction(c, phi);
-                        struct lum_ggx_albedo e = lum_brushed_albedo(t, lum_brushed_row(t, alpha), o);
+                        struct lum_ggx_albedo e = lum_brushed_albedo(t, &row, o);
                         double off = fabs((double)(e.scale + e.bias) - albedo_by_quadrature(o, spread));
                         worst = fmax(worst, off), total += off, n++;
                     }

@@ -225,6 +225,42 @@ static void light_at_the_eye_is_the_meters(void **state)
     rig_end(&r);
 }
 
+/* Under an even sky of L all around there are pi L on a plane that faces anywhere: in the picture but for what sums
+ * over pixels of 180 / 64 degrees are off by. A lamp without an extent is in no picture: the meter has its I cos / r^2
+ * more. */
+static void an_even_sky_gives_pi_times_its_luminance(void **state)
+{
+    (void)state;
+    static const struct lum_vec3 to[] = {{1, 0, 0}, {-1, 0, 0}, {0, 0, 1}, {0, 0, -1}, {0, 1, 0}, {0, -1, 0}};
+    const struct lum_light_desc sky = {
+        .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 10, .on = true, .camera_visible = true};
+    for (int lamp = 0; lamp < 2; lamp++) {
+        struct rig r;
+        struct lum_eye eye;
+        rig_begin(&r, 1);
+        rig_square(&r, "crumb", 0.01);
+        rig_diffuse_object(&r, "crumb", "black", 0.0f, rig_v(0, -90, 0));
+        rig_light(&r, "sky", &sky);
+        if (lamp)
+            rig_bulb(&r, "bulb", rig_v(2, 1, -2), 100);
+        rig_commit(&r);
+        look_around(&r, rig_v(0, 0, 0), rig_v(1, 1, 1), 64);
+        set_method(&r, "path");
+        r.settings.max_spp = 1;
+        RIG_OK(lum_eye_init(&eye, &r.settings.camera, &r.snapshot->norm, r.settings.w, r.settings.h, &err));
+        rig_pass(&r);
+        for (size_t i = 0; i < LUM_ARRAY_LEN(to); i++) {
+            double bulb = lamp ? 100 * fmax(0.0, (double)lum_dot(to[i], lum_v3(2, 1, -2)) / 3.0) / 9.0 : 0.0;
+            double shown = received(&r, &eye, to[i]), all = metered(&r, rig_v(0, 0, 0), to[i]);
+            if (!(fabs(shown - 10 * PI) < 1e-3 * 10 * PI))
+                fail_msg("plane %zu: %g lx, not pi times 10", i, shown);
+            if (!(fabs(all - shown - bulb) < 0.01 * all))
+                fail_msg("plane %zu: the meter has %g lx, the picture %g, the lamp gives %g", i, all, shown, bulb);
+        }
+        rig_end(&r);
+    }
+}
+
 /* ---- from one picture to the next ---- */
 
 static void put_crate(struct rig *r, double x)
@@ -297,6 +333,7 @@ int main(void)
         cmocka_unit_test(even_light_is_even),
         cmocka_unit_test(lamps_are_at_their_pixel),
         cmocka_unit_test(light_at_the_eye_is_the_meters),
+        cmocka_unit_test(an_even_sky_gives_pi_times_its_luminance),
         cmocka_unit_test(memory_changes_no_bit),
         cmocka_unit_test(rough_pictures_are_all_around),
     };

@@ -359,6 +359,97 @@ static void one_lamp_glares_as_the_formula_says(void **state)
     rig_end(&r);
 }
 
+/* Eyes in a row before that lamp: each place has the UGR of the line of sight that is glared most, and each line the
+ * UGR of an observer who looks so. The worst of all is where the lamp is nearest and looked at. */
+static void eyes_are_glared_as_observers_are(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 2);
+    rig_square(&r, "crumb", 0.01);
+    rig_diffuse_object(&r, "crumb", "grey", 0.0f, rig_v(0, -20, 0));
+    struct lum_light_desc lamp = rig_quad(rig_v(0, 1, -3), rig_v(0.4, 0, 0), rig_v(0, 0.4, 0), 5000);
+    struct lum_light_desc env = {.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 30, .on = true};
+    rig_light(&r, "lamp", &lamp);
+    rig_light(&r, "sky", &env);
+    rig_commit(&r);
+    const struct lum_sensor_desc row = {.kind = LUM_SENSOR_LINE,
+                                        .quantity = LUM_METER_EYE,
+                                        .n_directions = 4,
+                                        .u = {3, 0, 0},
+                                        .spacing_m = 1,
+                                        .facing = {0, 0, 1}}; /* away, +x, towards, -x */
+    struct lum_sensor *s = sensor_in(&r, &row);
+    glance(&r, s);
+    struct lum_sensor_result all = settle(&r, s, &one_percent);
+    assert_int_equal(all.n, 3);
+    assert_int_equal(all.n_known, 3);
+    for (uint32_t i = 0; i < 3; i++) {
+        double worst = -(double)INFINITY;
+        for (uint32_t k = 0; k < 4; k++) {
+            const struct lum_sensor_desc eye = {.kind = LUM_SENSOR_OBSERVER,
+                                                .normal = {0, 1, 0},
+                                                .position = lum_sensor_point(s, i),
+                                                .facing = lum_sensor_direction(s, k)};
+            struct lum_sensor *one = sensor_in(&r, &eye);
+            glance(&r, one);
+            worst = fmax(worst, settle(&r, one, &one_percent).ugr.ugr);
+            lum_sensor_destroy(one);
+        }
+        struct lum_gaze is = lum_sensor_gaze(s, i);
+        assert_true(is.known && is.direction == 2);
+        if (!(fabs(is.ugr.ugr - worst) < 0.1 + 4 * is.ugr.stderr_of))
+            fail_msg("place %u: UGR %g +/- %g, of observers %g", i, is.ugr.ugr, is.ugr.stderr_of, worst);
+    }
+    assert_int_equal(all.worst_at, 1);
+    assert_int_equal(all.worst_direction, 2);
+    assert_int_equal(all.glare.n_sources, 1);
+    assert_true(all.ugr.ugr == lum_sensor_gaze(s, 1).ugr.ugr);
+    assert_true(isnan(all.mean.value) == 0 && isnan(all.uniformity.value) && isnan(all.dgp.dgp));
+    struct lum_sensor *copy;
+    RIG_OK(lum_sensor_copy(s, &copy, &err));
+    struct lum_sensor_result again;
+    assert_true(lum_sensor_result(copy, &again));
+    assert_true(again.ugr.ugr == all.ugr.ugr && again.worst_at == all.worst_at);
+    lum_sensor_destroy(copy);
+    lum_sensor_destroy(s);
+    rig_end(&r);
+}
+
+/* Nobody has eyes inside a cupboard, and nothing glares where no lamp is. */
+static void eyes_have_room(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 1);
+    rig_box(&r, "cupboard", 0.4, 0.9, 0.4);
+    rig_diffuse_object(&r, "cupboard", "grey", 0.5f, rig_v(0, 0, 0));
+    rig_square(&r, "crumb", 0.01); /* a body is smaller than the scene */
+    rig_diffuse_object(&r, "crumb", "black", 0.0f, rig_v(9, -9, 9));
+    struct lum_light_desc env = {.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 30, .on = true};
+    rig_light(&r, "sky", &env);
+    rig_commit(&r);
+    const struct lum_sensor_desc row = {.kind = LUM_SENSOR_LINE,
+                                        .quantity = LUM_METER_EYE,
+                                        .n_directions = 2,
+                                        .u = {3, 0, 0},
+                                        .spacing_m = 1,
+                                        .facing = {0, 0, 1}};
+    struct lum_sensor *s = sensor_in(&r, &row);
+    glance(&r, s);
+    struct lum_sensor_result is = settle(&r, s, &one_percent);
+    assert_int_equal(is.n_inside, 1);
+    assert_int_equal(is.n_known, 2);
+    assert_int_equal(lum_sensor_reading(s, 1).clearance, LUM_CLEARANCE_INSIDE);
+    assert_false(lum_sensor_gaze(s, 1).known);
+    assert_true(is.ugr.ugr == -(double)INFINITY && is.glare.n_sources == 0);
+    lum_sensor_destroy(s);
+    struct lum_error err;
+    assert_int_equal(lum_sensor_check(&row, 6, &err), LUM_OK);
+    assert_int_equal(lum_sensor_check(&row, 5, &err), LUM_ERR_LIMIT); /* two lines of sight each */
+    rig_end(&r);
+}
+
 /* Fog that absorbs, in a box of 2 m whose one side the eye looks at from 1 m, dims the sky of the background as it dims
  * that of a plane that is held there: by a glance and by paths. */
 static void fog_dims_the_background(void **state)
@@ -400,6 +491,8 @@ int main(void)
         cmocka_unit_test(points_lie_by_the_standard),
         cmocka_unit_test(position_index),
         cmocka_unit_test(one_lamp_glares_as_the_formula_says),
+        cmocka_unit_test(eyes_are_glared_as_observers_are),
+        cmocka_unit_test(eyes_have_room),
         cmocka_unit_test(fog_dims_the_background),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -141,6 +141,7 @@ static void put_material(struct rig *r, const char *id, const struct random_item
     m.sheen_roughness = PICK(item, 19, rough);
     m.anisotropy = PICK(item, 20, coats);
     m.anisotropy_rotation_deg = (double)PICK(item, 21, rough) * 90.0;
+    m.anisotropy_texture.image = PICK(item, 22, pictures);
     rig_material(r, id, &m);
 }
 

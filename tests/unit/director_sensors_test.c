@@ -81,6 +81,30 @@ static void assert_near(double got, double want)
         fail_msg("%.9g lx, expected %.9g", got, want);
 }
 
+/* What was told of a report, in order: stages and counts, that rise to what they are of. */
+static void check_progress(const struct client *c)
+{
+    static const char *const stages[] = {"sensors", "picture", "illuminance"};
+    size_t stage = 0, n[3] = {0};
+    double last = -1.0;
+    for (size_t i = 0; i < c->n_texts; i++) {
+        if (!strstr(c->texts[i], "\"report.progress\""))
+            continue;
+        cJSON *text = cJSON_Parse(c->texts[i]);
+        const cJSON *params = cJSON_GetObjectItem(text, "params");
+        double done = cJSON_GetObjectItem(params, "done")->valuedouble,
+               of = cJSON_GetObjectItem(params, "of")->valuedouble;
+        while (stage < 2 && strcmp(cJSON_GetObjectItem(params, "stage")->valuestring, stages[stage]) != 0)
+            stage++, last = -1.0;
+        assert_string_equal(cJSON_GetObjectItem(params, "stage")->valuestring, stages[stage]);
+        assert_true(done > last && done <= of);
+        last = done;
+        n[stage]++;
+        cJSON_Delete(text);
+    }
+    assert_true(n[0] > 0 && n[1] > 0 && n[2] > 0);
+}
+
 /* A report and an edit at once: the edit does not wait, and the page is of one of both revisions alone. A second report
  * of the session is refused; one of a session that ends is dropped. */
 static void a_report_is_of_one_revision(void **state)
@@ -103,6 +127,7 @@ static void a_report_is_of_one_revision(void **state)
     assert_non_null(strstr(html, after ? "<td class=\"n\">2513<" : "<td class=\"n\">1257<")); /* 4 pi lm for each cd */
     assert_non_null(strstr(html, "data:image/png"));
     cJSON_Delete(reply);
+    check_progress(c);
     q = client_request(c, &lum_request_report_get);
     q->view_id = 7;
     assert_refused(client_ask(c, q), "not_found", "view_id");
@@ -228,6 +253,31 @@ static void power_and_glare_by_day_are_told(void **state)
     rev = client_apply(c, "[{\"op\":\"set\",\"id\":\"room\",\"path\":\"/floor_m2\",\"value\":32}]");
     is = settled_with(c, "room", "power", rev); /* nothing is measured anew */
     assert_near(cJSON_GetObjectItem(cJSON_GetObjectItem(is, "power"), "w_per_m2")->valuedouble, 2.0);
+    cJSON_Delete(is);
+}
+
+/* Values of points of eyes have a name of their own; where the worst is, is told; their points are told with the
+ * direction. */
+static void eyes_are_watched(void **state)
+{
+    struct client *c = *state;
+    uint64_t rev = client_apply(
+        c, "[{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"eyes\",\"kind\":\"line\",\"quantity\":\"ugr\",\"position\":["
+           "50,1,50],"
+           "\"u\":[2,0,0],\"spacing_m\":1,\"directions\":4,\"target_ugr\":19},"
+           "{\"op\":\"add\",\"type\":\"light\",\"id\":\"panel\",\"kind\":\"quad\",\"position\":[50,2,47],\"u\":[1,0,0],"
+           "\"v\":[0,0.5,0.5],\"luminance_cd_m2\":3000},"
+           "{\"op\":\"add\",\"type\":\"light\",\"id\":\"sky\",\"kind\":\"environment\",\"luminance_cd_m2\":30}]");
+    cJSON_Delete(watch(c, true));
+    cJSON *is = settled_with(c, "eyes", "worst_point", rev);
+    const cJSON *points = cJSON_GetObjectItem(is, "point_ugr");
+    assert_int_equal(cJSON_GetArraySize(points), 2);
+    double most = fmax(cJSON_GetArrayItem(points, 0)->valuedouble, cJSON_GetArrayItem(points, 1)->valuedouble);
+    assert_true(fabs(most - cJSON_GetObjectItem(is, "ugr")->valuedouble) < 0.01);
+    assert_true(fabs(cJSON_GetArrayItem(cJSON_GetObjectItem(is, "worst_direction"), 2)->valuedouble + 1.0) < 1e-6);
+    assert_null(cJSON_GetObjectItem(is, "em_lx"));
+    assert_null(cJSON_GetObjectItem(is, "lx"));
+    assert_non_null(cJSON_GetObjectItem(cJSON_GetObjectItem(is, "targets"), "ugr"));
     cJSON_Delete(is);
 }
 
@@ -360,6 +410,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(values_of_an_older_revision_hold_where_light_is_the_same, client_setup,
                                         client_teardown),
         cmocka_unit_test_setup_teardown(points_are_read, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(eyes_are_watched, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_plane_over_a_town_is_placed, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(too_many_points_are_refused, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(every_sensor_follows_a_hand_that_does_not_rest, client_setup, client_teardown),

@@ -197,10 +197,10 @@ static void anisotropy(void **state)
 {
     const struct lum_record_material *m =
         import_material(*state, "{\"extensions\":{\"KHR_materials_anisotropy\":{\"anisotropyStrength\":0.75,"
-                                "\"anisotropyRotation\":-1.5707963267948966,\"anisotropyTexture\":{\"index\":0}}}}");
+                                "\"anisotropyRotation\":-1.5707963267948966}}}");
     assert_true(m->anisotropy == 0.75);
     assert_near_all(&m->anisotropy_rotation_deg, (double[]){-90.0}, 1);
-    assert_true(kit_warned(*state, "KHR_materials_anisotropy"));
+    assert_string_equal(m->anisotropy_texture.image, "");
     static const char *const bare[] = {
         "{\"extensions\":{\"KHR_materials_anisotropy\":{\"anisotropyRotation\":1}}}",
         "{\"extensions\":{\"KHR_materials_unlit\":{},\"KHR_materials_anisotropy\":{\"anisotropyStrength\":1}}}",
@@ -256,6 +256,23 @@ static void textures(void **state)
     assert_memory_equal(color->pixels, ((uint8_t[]){255, 0, 0, 255, 0, 128, 0, 64}), 8);
 }
 
+/* Directions are no colours. Without a strength there is nothing to direct. */
+static void texture_of_brushing(void **state)
+{
+    struct kit *k = *state;
+    kit_write(k, "p.png", png, sizeof png);
+    const struct lum_record_material *m = import_material(
+        k, "{\"extensions\":{\"KHR_materials_anisotropy\":{\"anisotropyStrength\":0.5,\"anisotropyTexture\":{"
+           "\"index\":0,\"extensions\":{\"KHR_texture_transform\":{\"scale\":[2,3]}}}}}}");
+    assert_string_equal(m->anisotropy_texture.image, "m/image/pic");
+    assert_near_all(m->anisotropy_texture.scale, (double[]){2, 3}, 2);
+    assert_string_equal(kit_find(k, "m/image/pic")->image.texel, "linear8");
+    assert_false(kit_warned(k, "KHR_materials_anisotropy"));
+    m = import_material(k, "{\"extensions\":{\"KHR_materials_anisotropy\":{\"anisotropyTexture\":{\"index\":0}}}}");
+    assert_string_equal(m->anisotropy_texture.image, "");
+    assert_int_equal(kit_count(k, LUM_RECORD_IMAGE), 0);
+}
+
 static void missing_picture_is_a_warning(void **state)
 {
     const struct lum_record_material *m =
@@ -280,6 +297,7 @@ int main(void)
         TEST(anisotropy),
         TEST(specular_glossiness),
         TEST(textures),
+        TEST(texture_of_brushing),
         TEST(missing_picture_is_a_warning),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

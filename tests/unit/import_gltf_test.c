@@ -303,6 +303,61 @@ static void skin_at_rest_pose(void **state)
                     (double[]){1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, 16);
 }
 
+/* A triangle with normals and tangents, in joints of which the second mirrors x. Values: from tangents of the file. */
+static bool import_tangents(struct kit *k, const char *material, const char *attributes, const char *mesh, bool skin)
+{
+    struct {
+        float p[9], n[9], t[12], delta[9];
+        uint8_t joints[3][4];
+        float weights[3][4];
+    } b = {.n = {0, 0, 1, 0, 0, 1, 0, 0, 1},
+           .t = {1, 0, 0, 1, 0, 1, 0, -1, 0.5f, 0, 0, 1},
+           .delta = {0, 0, 0, 0, 2, 0, 0, 0, 0},
+           .joints = {{0}, {0}, {0}},
+           .weights = {{1}, {1}, {1}}};
+    memcpy(b.p, triangle, sizeof b.p);
+    char json[4096];
+    snprintf(json, sizeof json,
+             ASSET
+             "\"buffers\":[{\"uri\":\"b.bin\",\"byteLength\":216}],\"bufferViews\":["
+             "{\"buffer\":0,\"byteLength\":156},{\"buffer\":0,\"byteOffset\":156,\"byteLength\":60}],\"accessors\":["
+             "{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
+             "{\"bufferView\":0,\"byteOffset\":36,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
+             "{\"bufferView\":0,\"byteOffset\":72,\"componentType\":5126,\"count\":3,\"type\":\"VEC4\"},"
+             "{\"bufferView\":0,\"byteOffset\":120,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
+             "{\"bufferView\":1,\"componentType\":5121,\"count\":3,\"type\":\"VEC4\"},"
+             "{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5126,\"count\":3,\"type\":\"VEC4\"}],"
+             "\"materials\":[%s],\"skins\":[{\"joints\":[1]}],\"meshes\":[{\"primitives\":[{\"material\":0,"
+             "\"attributes\":{\"POSITION\":0,\"TANGENT\":2%s},\"targets\":[{\"TANGENT\":3}]}]%s}],"
+             "\"nodes\":[{\"mesh\":0%s},{\"scale\":[-1,1,1]}]}",
+             material, attributes, mesh, skin ? ",\"skin\":0" : "");
+    return kit_import_gltf(k, json, &b, sizeof b);
+}
+
+#define BRUSHED "{\"extensions\":{\"KHR_materials_anisotropy\":{\"anisotropyStrength\":1}}}"
+
+/* They come with what turns by them, as they are; a morph target adds to the direction, a joint moves it. Without
+ * normals they are to be ignored, and where nothing turns they would be a burden. */
+static void tangents(void **state)
+{
+    static const float as_given[12] = {1, 0, 0, 1, 0, 1, 0, -1, 0.5f, 0, 0, 1},
+                       morphed[12] = {1, 0, 0, 1, 0, 2, 0, -1, 0.5f, 0, 0, 1},
+                       mirrored[12] = {-1, 0, 0, 1, 0, 1, 0, -1, -0.5f, 0, 0, 1};
+    struct kit *k = *state;
+    assert_true(import_tangents(k, BRUSHED, ",\"NORMAL\":1", "", false));
+    assert_floats(&kit_only(k, LUM_RECORD_MESH)->mesh.tangents, as_given, 12);
+    assert_true(import_tangents(k, BRUSHED, ",\"NORMAL\":1", ",\"weights\":[0.5]", false));
+    assert_floats(&kit_only(k, LUM_RECORD_MESH)->mesh.tangents, morphed, 12);
+    assert_true(import_tangents(k, BRUSHED, ",\"NORMAL\":1,\"JOINTS_0\":4,\"WEIGHTS_0\":5", "", true));
+    const struct lum_record_mesh *m = &kit_only(k, LUM_RECORD_MESH)->mesh;
+    assert_floats(&m->tangents, mirrored, 12);
+    assert_floats(&m->normals, (float[]){0, 0, -1, 0, 0, -1, 0, 0, -1}, 9); /* n x t is mirrored by that */
+    assert_true(import_tangents(k, BRUSHED, "", "", false));
+    assert_int_equal(kit_only(k, LUM_RECORD_MESH)->mesh.tangents.n, 0);
+    assert_true(import_tangents(k, "{}", ",\"NORMAL\":1", "", false));
+    assert_int_equal(kit_only(k, LUM_RECORD_MESH)->mesh.tangents.n, 0);
+}
+
 static void ids_are_readable_and_unique(void **state)
 {
     struct kit *k = *state;
@@ -396,6 +451,7 @@ int main(void)
         TEST(cameras),
         TEST(morph_targets_at_their_weights),
         TEST(skin_at_rest_pose),
+        TEST(tangents),
         TEST(ids_are_readable_and_unique),
         TEST(refusals_name_the_place),
         TEST(deep_chains_are_fine),

@@ -333,6 +333,63 @@ static void glare_by_day_is_told(void **state)
     free(page);
 }
 
+/* Of an eye in a white box that looks in four directions UGR is that of an observer who looks at the lamp: in words,
+ * CSV, JSON and on the page, as a sensor and by options. */
+static void eyes_are_told(void **state)
+{
+    (void)state;
+    cli_write_text(
+        cli_in_dir("eyes.jsonl"),
+        "{\"lumend\":1,\"kind\":\"scene\"}\n"
+        "{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"sheet\",\"shape\":\"quad\",\"size\":[8,0,8]}\n"
+        "{\"op\":\"add\",\"type\":\"material\",\"id\":\"white\",\"base_color\":[0.8,0.8,0.8],\"specular\":0}\n"
+        "{\"op\":\"add\",\"type\":\"object\",\"id\":\"ground\",\"mesh\":\"sheet\",\"material\":\"white\"}\n"
+        "{\"op\":\"add\",\"type\":\"light\",\"id\":\"panel\",\"kind\":\"quad\",\"position\":[0,2,-3],"
+        "\"u\":[1,0,0],\"v\":[0,0.5,0.5],\"luminance_cd_m2\":3000}\n"
+        "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"all\",\"kind\":\"grid\",\"quantity\":\"ugr\",\"position\":"
+        "[0,1.2,0],\"u\":[2,0,0],\"v\":[0,0,2],\"spacing_m\":1,\"directions\":4,\"target_ugr\":5}\n"
+        "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"eye\",\"kind\":\"observer\",\"position\":[0.5,1.2,0.5]}\n");
+    assert_int_equal(cli_run(lum_cmd_measure, "measure --scene @eyes.jsonl --json @e.json --csv @e.csv --html @e.html "
+                                              "--pictures 0"),
+                     LUM_EXIT_FAILED); /* the target is missed */
+    char *json = cli_read_text(cli_in_dir("e.json")), *csv = cli_read_text(cli_in_dir("e.csv")),
+         *page = cli_read_text(cli_in_dir("e.html"));
+    cJSON *o = lum_json_parse(json, strlen(json), NULL);
+    const cJSON *all = cJSON_GetArrayItem(cli_member(o, "sensors"), 0),
+                *eye = cJSON_GetArrayItem(cli_member(o, "sensors"), 1);
+    double want = cli_member(eye, "ugr")->valuedouble, worst = -1e9;
+    for (int i = 0; i < 4; i++) { /* x -.5 and .5, z -.5, then .5 */
+        const cJSON *p = cJSON_GetArrayItem(cli_member(all, "points"), i);
+        double ugr = cli_member(p, "ugr")->valuedouble;
+        worst = fmax(worst, ugr);
+        if (i == 3 && !(fabs(ugr - want) < 0.7)) /* four standard errors of .14, and of the observer's */
+            fail_msg("UGR %g of the grid, %g of an observer there", ugr, want);
+    }
+    assert_true(cli_member(all, "ugr")->valuedouble == worst);
+    assert_int_equal(cli_member(all, "directions")->valueint, 4);
+    assert_true(fabs(cJSON_GetArrayItem(cli_member(all, "worst_direction"), 2)->valuedouble + 1.0) < 1e-6);
+    assert_true(cJSON_IsFalse(cli_member(cli_member(cli_member(all, "targets"), "ugr"), "passes")));
+    assert_null(cJSON_GetObjectItem(all, "em_lx"));
+    assert_int_equal(count(csv, "all,ugr,"), 4);
+    assert_int_equal(count(csv, "eye,ugr,"), 1);
+    assert_int_equal(count(page, "</title></rect>"), 4);
+    assert_non_null(strstr(page, "aria-label=\"UGR of each point\""));
+    assert_non_null(strstr(page, "below 19</span>"));
+    assert_non_null(strstr(page, "Worst UGR of 2 observers"));
+    cJSON_Delete(o);
+    free(json);
+    free(csv);
+    free(page);
+    assert_int_equal(cli_run(lum_cmd_measure,
+                             "measure --scene @eyes.jsonl --ugr --directions 2 --area -1,-1,1,1 --spacing 2 "
+                             "--most-ugr 40 --csv @f.csv"),
+                     LUM_EXIT_OK);
+    csv = cli_read_text(cli_in_dir("f.csv"));
+    assert_true(strncmp(csv, "quantity,x_m,y_m,z_m,value,stderr\nugr,", 38) == 0);
+    assert_int_equal(count(csv, "\n"), 2);
+    free(csv);
+}
+
 /* 10 W over the floor of 5 x 4 m, which is more than the grid within its border covers; the bulb of the room does not
  * say what it takes, and where it is alone nothing is known. A table's grid is no room beside a larger one. */
 static void power_is_that_of_the_floor(void **state)
@@ -422,6 +479,8 @@ static void what_cannot_be_measured_is_refused(void **state)
         {"--area 1e9,0,2e9,1e9 --spacing 1e9", LUM_EXIT_FAILED},
         {"--area 3,0,4,1", LUM_EXIT_FAILED},
         {"--csv @no/such.csv", LUM_EXIT_FAILED},
+        {"--ugr --target 500", LUM_EXIT_USAGE},
+        {"--most-ugr 19", LUM_EXIT_USAGE},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char line[256];
@@ -444,6 +503,7 @@ int main(void)
         cmocka_unit_test(modelling_is_told),
         cmocka_unit_test(power_is_that_of_the_floor),
         cmocka_unit_test(glare_by_day_is_told),
+        cmocka_unit_test(eyes_are_told),
         cmocka_unit_test(a_page_has_it_all),
         cmocka_unit_test(a_sensor_in_a_wall_keeps_no_other_from_its_value),
         cmocka_unit_test(what_cannot_be_measured_is_refused),

@@ -141,6 +141,7 @@ static void rules(void **state)
     expect(MESH "'positions':[0,0,0]}", "invalid_value", "indices");
     expect(MESH "'positions':[0,0,0],'indices':[0,0,0],'uvs':[1]}", "invalid_value", "uvs");
     expect(MESH "'positions':[0,0,0],'indices':[0,0,0],'normals':[1]}", "invalid_value", "normals");
+    expect(MESH "'positions':[0,0,0],'indices':[0,0,0],'tangents':[1,0,0]}", "invalid_value", "tangents");
     expect(MESH "'positions':[0,0,0],'indices':[0,0,0],'colors':[1]}", "invalid_value", "colors");
     expect(OBJECT "{'scale':[1,0,1]}}", "invalid_value", "transform");
     expect(OBJECT "[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}", NULL, NULL);
@@ -166,6 +167,15 @@ static void rules(void **state)
     expect(SENSOR("observer") ",'target_ugr':19,'target_dgp':0.35}", NULL, NULL);
     expect(SENSOR("observer") ",'target_dgp':1.5}", "invalid_value", "target_dgp");
     expect(SENSOR("point") ",'target_dgp':0.35}", "invalid_value", "target_dgp");
+#define EYES(kind) SENSOR(kind) ",'quantity':'ugr'"
+    expect(EYES("grid") ",'target_ugr':19,'directions':12}", NULL, NULL);
+    expect(EYES("point") ",'target_lx':500}", "invalid_value", "target_lx");
+    expect(EYES("line") ",'target_uo':0.5}", "invalid_value", "target_uo");
+    expect(EYES("grid") ",'directions':0}", "invalid_value", "directions");
+    expect(EYES("grid") ",'directions':65}", "invalid_value", "directions");
+    expect(EYES("grid") ",'direction':[0,-1,0]}", "invalid_value", "direction");
+    expect(EYES("grid") ",'direction':[0,-1,0],'directions':1}", NULL, NULL);
+#undef EYES
 #undef SENSOR
 #define SHEET(reflects, transmits)                                                                                     \
     "{'op':'add','type':'material','id':'x','base_color':" reflects ",'diffuse_transmittance':" transmits "}"

@@ -317,7 +317,8 @@ static void bulk_data_comes_back(void **state)
 {
     static const char *const ops[] = {
         "{'op':'add','type':'mesh','id':'x','positions':[0,0.1,0,1e-9,0,0,0,1,0],'indices':[0,1,2],"
-        "'normals':[0,0,1,0,0,1,0,0.5,1],'uvs':[0,0,1,0,0.1,1],'colors':[1,0,0,0,1,0,0.3,0,1],'deforming':true}",
+        "'normals':[0,0,1,0,0,1,0,0.5,1],'uvs':[0,0,1,0,0.1,1],'tangents':[1,0,0,1,1,0,0,-1,0.1,0,1,1],"
+        "'colors':[1,0,0,0,1,0,0.3,0,1],'deforming':true}",
         "{'op':'add','type':'image','id':'x','width':2,'height':1,'pixels':'AQIDBAUGBwg='}",
         "{'op':'add','type':'image','id':'x','width':1,'height':1,'texel':'rgb32f','pixels':'AACAPwAAAEAAAEBA'}",
         "{'op':'add','type':'image','id':'x','asset':'a/b.png'}",

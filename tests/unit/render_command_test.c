@@ -76,6 +76,15 @@ static void panoramas_are_all_around(void **state)
     assert_int_equal(cli_run(lum_cmd_render, "render --scene cornell --method whitted --panorama --size 60x30 --out "
                                              "@f.png"),
                      LUM_EXIT_OK);
+    cli_write_text(
+        cli_in_dir("bulb.jsonl"),
+        "{\"lumend\":1,\"kind\":\"scene\"}\n"
+        "{\"op\":\"add\",\"type\":\"light\",\"id\":\"bulb\",\"kind\":\"point\",\"position\":[0,2,0],\"flux_lm\":9}\n"
+        "{\"op\":\"add\",\"type\":\"camera\",\"id\":\"main\",\"position\":[0,0,0],\"target\":[0,0,-1]}\n");
+    said = cli_said("render --scene @bulb.jsonl --method whitted --panorama --size 60x30 --out @f.png", &status);
+    assert_int_equal(status, LUM_EXIT_OK);
+    assert_non_null(strstr(said, "1 lamps without an extent are in no picture"));
+    free(said);
 }
 
 /* In the furnace light is even: pi times its radiance of 2 falls on everything. Noise as above; and the file says how

@@ -24,9 +24,16 @@ static void sweep(struct fixture *f, const char *name, enum lum_status (*act)(st
 static enum lum_status act_mesh(struct fixture *f)
 {
     const float p[] = {0, 0, 0, 1, 0, 0, 0, 0, 1}, n[] = {0, 1, 0, 0, 1, 0, 0, 1, 0}, uv[] = {0, 0, 1, 0, 0, 1};
+    const float along[] = {1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1};
     const uint32_t t[] = {0, 2, 1};
-    struct lum_mesh_desc d = {
-        .positions_f = p, .normals = n, .uvs = uv, .colors = n, .indices = t, .n_vertices = 3, .n_triangles = 1};
+    struct lum_mesh_desc d = {.positions_f = p,
+                              .normals = n,
+                              .uvs = uv,
+                              .tangents = along,
+                              .colors = n,
+                              .indices = t,
+                              .n_vertices = 3,
+                              .n_triangles = 1};
     return lum_scene_put_mesh(f->scene, "new", &d, NULL);
 }
 static enum lum_status act_image(struct fixture *f)

@@ -60,8 +60,13 @@ static void edit_mesh(struct editor *e, uint32_t k)
     struct lum_shape_params size = {.size = {0.6, 0.6, 0.6}, .segments = {8, 4}};
     struct lum_shape_mesh m;
     RIG_OK(lum_shape_make(chance(e, 0.5) ? "box" : "sphere", &size, &m, &err));
+    float *tangents = calloc(m.n_vertices, 4 * sizeof *tangents);
+    assert_non_null(tangents);
+    for (uint32_t i = 0; i < 4 * m.n_vertices; i++)
+        tangents[i] = share(e) - 0.5f;
     struct lum_mesh_desc d = {.positions_f = m.positions,
                               .normals = chance(e, 0.5) ? m.normals : NULL,
+                              .tangents = chance(e, 0.3) ? tangents : NULL,
                               .uvs = chance(e, 0.7) ? m.uvs : NULL,
                               .indices = m.indices,
                               .n_vertices = m.n_vertices,
@@ -70,6 +75,7 @@ static void edit_mesh(struct editor *e, uint32_t k)
     note(e, "mesh", meshes[k]);
     RIG_OK(lum_scene_put_mesh(e->rig.scene, meshes[k], &d, &err));
     lum_shape_finish(&m);
+    free(tangents);
 }
 
 static const char *maybe_image(struct editor *e)
@@ -101,6 +107,8 @@ static void edit_material(struct editor *e, uint32_t k)
     m.base_color_texture.image = maybe_image(e);
     m.emission_texture.image = maybe_image(e);
     m.normal_texture.image = maybe_image(e);
+    m.anisotropy = chance(e, 0.3) ? share(e) : 0.0f;
+    m.anisotropy_texture.image = maybe_image(e);
     note(e, "material", materials[k]);
     rig_material(&e->rig, materials[k], &m);
 }

@@ -131,7 +131,12 @@ export interface SensorValue {
     modelling?: number | null;
     modelling_stderr?: number | null;
     modelling_in_range?: boolean;
-    /** The rest is of an observer, but for power and targets. */
+    /** With quantity "ugr". */
+    directions?: number;
+    worst_point?: readonly number[];
+    worst_direction?: readonly number[];
+    point_ugr?: readonly (number | null)[];
+    /** The rest is of an observer, or of quantity "ugr", but for power and targets. */
     ugr?: number | null;
     ugr_stderr?: number | null;
     background_cd_m2?: number | null;
@@ -172,7 +177,7 @@ export interface Params {
     probe: { samples?: number; view_id?: number } & ({ point: Vec3; normal: Vec3 } | Pixel);
     'sensor.watch': { on?: boolean; points?: boolean };
     'sensor.read': { id: string };
-    'sensor.place': { on?: string; height_m?: number; border_m?: number };
+    'sensor.place': { on?: string; height_m?: number; border_m?: number; directions?: number };
     'report.get': { view_id?: number };
     'scene.apply': EditMembers & { ops: readonly JsonObject[]; base_rev?: number; undo_group?: string };
     'scene.undo': EditMembers;
@@ -243,7 +248,7 @@ export interface Answers {
     'sensor.watch': JsonObject;
     'sensor.read': Partial<SensorValue> & {
         id: string;
-        points?: readonly { point: Vec3; lx?: number; stderr_lx?: number; left_out?: string }[];
+        points?: readonly { point: Vec3; lx?: number; stderr_lx?: number; ugr?: number; ugr_stderr?: number; direction?: Vec3; left_out?: string }[];
     };
     'sensor.place': Sensor;
     'report.get': { scene_rev: number; html: string };
@@ -280,6 +285,7 @@ export interface Notifications {
         emits?: Readonly<Record<string, Partial<Emits> | null>>;
     };
     'import.progress': { id: string; stage: string; fraction: number };
+    'report.progress': { stage: 'sensors' | 'picture' | 'illuminance'; done: number; of: number };
     'frame.stats': FrameStats;
     sensors: { sensors: readonly SensorValue[] };
     'preset.fading': { id: string; fade_s: number; left_s: number };

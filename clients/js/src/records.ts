@@ -93,6 +93,8 @@ export interface Mesh {
     normals?: readonly number[] | null;
     /** uv; -1e6 to 1e6; per vertex */
     uvs?: readonly number[] | null;
+    /** -1e6 to 1e6; see PROTOCOL.md */
+    tangents?: readonly number[] | null;
     /** 0 to 1e6; per vertex, linear; multiply base_color */
     colors?: readonly number[] | null;
     /** default false; positions will be set again: the index structure is refitted, not rebuilt */
@@ -149,6 +151,8 @@ export interface Material {
     anisotropy?: number;
     /** deg; -3600 to 3600; default 0; of the stretch: 0 along +u, 90 along -v of uv */
     anisotropy_rotation_deg?: number;
+    /** see PROTOCOL.md */
+    anisotropy_texture?: Texture | null;
     /** default false; a surface without volume: transmission does not bend */
     thin?: boolean;
     /** 3; 0 to 1; default 1 1 1; what is left after attenuation_distance */
@@ -282,8 +286,8 @@ export interface Medium {
 export interface Sensor {
     /** where it measures; observer: glare */
     kind: 'point' | 'line' | 'grid' | 'observer';
-    /** default plane; point, line, grid: which illuminance */
-    quantity?: 'plane' | 'cylindrical' | 'semicylindrical' | 'modelling';
+    /** default plane; point, line, grid: which illuminance; or glare of eyes there */
+    quantity?: 'plane' | 'cylindrical' | 'semicylindrical' | 'modelling' | 'ugr';
     /** 3 m; -1e9 to 1e9; the point; the middle of a line or grid; the eye */
     position: readonly [number, number, number];
     /** 3 m; -1e9 to 1e9; default 1 0 0; line, grid: full edge */
@@ -292,8 +296,10 @@ export interface Sensor {
     v?: readonly [number, number, number];
     /** 3; -1e9 to 1e9; default 0 1 0; see PROTOCOL.md */
     normal?: readonly [number, number, number];
-    /** 3; -1e9 to 1e9; default 0 0 -1; line of sight of an observer; where a half cylinder faces */
+    /** 3; -1e9 to 1e9; default 0 0 -1; line of sight of an observer, and the first of eyes (ugr); where a half cylinder faces */
     direction?: readonly [number, number, number];
+    /** 1 to 64; default 8; point, line, grid: ugr: lines of sight of each eye, evenly around the vertical */
+    directions?: number;
     /** m; 1e-06 to 1e9; line, grid: between points, at most; null: by EN 12464-1 */
     spacing_m?: number | null;
     /** m2; 1e-06 to 1e+18; grid: of the room, over which power is told; null: the grid's own area */
@@ -302,7 +308,7 @@ export interface Sensor {
     target_lx?: number | null;
     /** 1e-06 to 1; line, grid: least over mean, at least */
     target_uo?: number | null;
-    /** 1e-06 to 100; observer: at most */
+    /** 1e-06 to 100; point, line, grid, observer: at most; else with quantity ugr alone */
     target_ugr?: number | null;
     /** 1e-06 to 1; observer: at most */
     target_dgp?: number | null;

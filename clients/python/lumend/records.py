@@ -56,6 +56,7 @@ class Mesh(TypedDict, total=False):
     indices: Sequence[int] | None  # three vertices of each triangle, counter-clockwise from the front
     normals: Sequence[float] | None  # -1e6 to 1e6; per vertex; none: flat shading
     uvs: Sequence[float] | None  # uv; -1e6 to 1e6; per vertex
+    tangents: Sequence[float] | None  # -1e6 to 1e6; see PROTOCOL.md
     colors: Sequence[float] | None  # 0 to 1e6; per vertex, linear; multiply base_color
     deforming: bool  # default false; positions will be set again: the index structure is refitted, not rebuilt
 
@@ -87,6 +88,7 @@ class Material(TypedDict, total=False):
     clearcoat_roughness: float  # 0 to 1; default 0; of that: GGX alpha = clearcoat_roughness^2; 0: a mirror
     anisotropy: float  # 0 to 1; default 0; brushed: how far highlights are stretched; 1: alpha along the stretch is 1
     anisotropy_rotation_deg: float  # deg; -3600 to 3600; default 0; of the stretch: 0 along +u, 90 along -v of uv
+    anisotropy_texture: Texture | None  # see PROTOCOL.md
     thin: bool  # default false; a surface without volume: transmission does not bend
     attenuation_color: Sequence[float]  # 3; 0 to 1; default 1 1 1; what is left after attenuation_distance
     attenuation_distance: float | None  # m; 1e-09 to 1e9; null: clear
@@ -161,17 +163,18 @@ class Medium(TypedDict, total=False):
 
 class Sensor(TypedDict, total=False):
     kind: Required[Literal["point", "line", "grid", "observer"]]  # where it measures; observer: glare
-    quantity: Literal["plane", "cylindrical", "semicylindrical", "modelling"]  # default plane; point, line, grid: which illuminance
+    quantity: Literal["plane", "cylindrical", "semicylindrical", "modelling", "ugr"]  # default plane; point, line, grid: which illuminance; or glare of eyes there
     position: Required[Sequence[float]]  # 3 m; -1e9 to 1e9; the point; the middle of a line or grid; the eye
     u: Sequence[float]  # 3 m; -1e9 to 1e9; default 1 0 0; line, grid: full edge
     v: Sequence[float]  # 3 m; -1e9 to 1e9; default 0 0 1; grid: full edge
     normal: Sequence[float]  # 3; -1e9 to 1e9; default 0 1 0; see PROTOCOL.md
-    direction: Sequence[float]  # 3; -1e9 to 1e9; default 0 0 -1; line of sight of an observer; where a half cylinder faces
+    direction: Sequence[float]  # 3; -1e9 to 1e9; default 0 0 -1; line of sight of an observer, and the first of eyes (ugr); where a half cylinder faces
+    directions: int  # 1 to 64; default 8; point, line, grid: ugr: lines of sight of each eye, evenly around the vertical
     spacing_m: float | None  # m; 1e-06 to 1e9; line, grid: between points, at most; null: by EN 12464-1
     floor_m2: float | None  # m2; 1e-06 to 1e+18; grid: of the room, over which power is told; null: the grid's own area
     target_lx: float | None  # lx; 1e-06 to 1e9; point, line, grid: mean that is wanted, at least
     target_uo: float | None  # 1e-06 to 1; line, grid: least over mean, at least
-    target_ugr: float | None  # 1e-06 to 100; observer: at most
+    target_ugr: float | None  # 1e-06 to 100; point, line, grid, observer: at most; else with quantity ugr alone
     target_dgp: float | None  # 1e-06 to 1; observer: at most
     name: str | None  # for people
 

@@ -24,6 +24,9 @@ export function launch() {
 /** A hang must not hang the suite; what is slow on a loaded machine is no failure. */
 const WAIT_MS = 120000;
 
+/** From here on camera_seq is of the reference and of pictures to save (clients/web/src/state/camera_seq.ts). */
+const OTHER_VIEWS = 2 ** 30;
+
 /** A page that remembers its errors, what it sent, its last sent and received camera_seq, and the statistics of its frames. */
 export async function open(context, url, onText = () => undefined) {
     const page = await context.newPage();
@@ -39,10 +42,10 @@ export async function open(context, url, onText = () => undefined) {
         socket.on('framesent', ({ payload }) => {
             watch.sent.push(JSON.parse(String(payload)));
             const seq = /"camera_seq":(\d+)/.exec(String(payload));
-            if (seq) watch.sentSeq = Number(seq[1]);
+            if (seq && Number(seq[1]) < OTHER_VIEWS) watch.sentSeq = Number(seq[1]);
         });
         socket.on('framereceived', ({ payload }) => {
-            if (Buffer.isBuffer(payload) && payload.length >= 64) watch.shownSeq = payload.readUInt32LE(36);
+            if (Buffer.isBuffer(payload) && payload.length >= 64 && payload.readUInt32LE(36) < OTHER_VIEWS) watch.shownSeq = payload.readUInt32LE(36);
             if (!Buffer.isBuffer(payload)) onText(payload);
             if (String(payload).startsWith('{') && String(payload).includes('"frame.stats"')) watch.stats.push(JSON.parse(payload).params);
         });

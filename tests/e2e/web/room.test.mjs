@@ -64,4 +64,28 @@ test('modelling is a choice away, and who stands where the view is tells glare b
     if (process.env.LUMEND_SHOT) await page.screenshot({ path: process.env.LUMEND_SHOT });
 });
 
+test('eyes all over the floor tell where it glares most, and the view goes there', async () => {
+    await page.getByRole('button', { name: 'Add glare grid' }).press('Enter');
+    const eyes = page.locator('.sensor', { hasText: 'Worst UGR' });
+    await eventually(async () => /Worst UGR\s+[\d.]+ ± [\d.]+[^]*(meets|misses) 19[^]*Worst at x [-\d.]+, y 1\.2, z [^]*looking along[^]*\d+ of \d+ places/.test(await eyes.innerText()), () => eyes.innerText());
+    await eventually(async () => (await page.locator('.sensor-points text').allTextContents()).some((t) => /^\d+\.\d$/.test(t)), () => page.locator('.sensor-points').textContent());
+    if (process.env.LUMEND_SHOT) await page.screenshot({ path: `${process.env.LUMEND_SHOT}.glare.png` });
+    await eyes.getByRole('button', { name: 'See it' }).press('Enter');
+    const [, x, z] = /Worst at x ([-\d.]+), y 1\.2, z ([-\d.]+)/.exec(await eyes.innerText());
+    await eventually(
+        () => Promise.resolve(watchedEye(tab.watch.sent).some(([ex, ey, ez]) => Math.hypot(ex - x, ey - 1.2, ez - z) < 0.02)),
+        () => JSON.stringify(watchedEye(tab.watch.sent).slice(-3)),
+    );
+    await eyes.getByLabel('UGR wanted, at most').fill('28');
+    await eyes.getByLabel('UGR wanted, at most').press('Enter');
+    await eventually(async () => /meets 28/.test(await eyes.innerText()), () => eyes.innerText());
+    assert.deepEqual(await violations(page), []);
+    await eyes.getByRole('combobox', { name: 'Measures' }).selectOption('cylindrical');
+    const now = page.locator('.sensor', { has: page.locator('.light-name', { hasText: 'glare' }) });
+    await eventually(async () => /Mean\s+[\d,]+/.test(await now.innerText()), () => now.innerText());
+});
+
+/** Where the cameras are that the page asked for. */
+const watchedEye = (sent) => sent.map((m) => m.params?.camera?.position).filter(Boolean);
+
 test('nothing was written to the console as an error', () => assert.deepEqual(tab.watch.errors, []));

@@ -499,11 +499,13 @@ export class App {
             this.comeback.changed(params, params.user === this.user);
             void this.follow(params);
             if (params.user !== this.user) this.othersEdited(params.ops);
-        } else if (method === 'frame.stats' && this.view.owns(numberOr(params.view_id, 0))) {
+        } else if (method === 'frame.stats' && this.view.owns(numberOr(params.view_id, 0), numberOr(params.camera_seq, 0))) {
             this.meter.stats(params);
             this.convergence.stats(params, performance.now());
         } else if (method === 'preset.fading') {
             this.presets.notified(params);
+        } else if (method === 'report.progress') {
+            this.downloads.notified(params);
         } else if (method === 'sensors') {
             this.sensors.notified(params);
         } else if (method === 'import.progress') {
@@ -520,9 +522,9 @@ export class App {
         this.meter.received(message.byteLength);
         try {
             const frame = decodeFrame(message);
-            if (this.view.owns(frame.header.viewId)) this.picture?.receive(frame);
-            else if (this.reference.owns(frame.header.viewId)) this.reference.receive(frame);
-            else if (this.stills.owns(frame.header.viewId)) this.stills.receive(frame);
+            const { viewId, cameraSeq } = frame.header;
+            for (const view of [this.reference, this.stills]) if (view.owns(viewId, cameraSeq)) view.receive(frame);
+            if (this.view.owns(viewId, cameraSeq)) this.picture?.receive(frame);
         } catch (error) {
             this.report(error as Error);
         }

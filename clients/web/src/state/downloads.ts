@@ -1,7 +1,7 @@
 /** Files that the browser saves: the scene, pictures, what sensors show, a report. */
 import { signal, type ReadonlySignal } from '@preact/signals';
 import type { JsonObject } from '../protocol/rpc';
-import { stringOr } from '../protocol/types';
+import { numberOr, stringOr } from '../protocol/types';
 import type { Shot } from './compare';
 import type { SceneMirror } from './scene';
 import { sceneFile } from './scene_ops';
@@ -23,6 +23,8 @@ export interface DownloadsHost {
 export class Downloads {
     /** A report is being made. */
     readonly reporting = signal(false);
+    /** What is made of it, in words; '': that is not known. */
+    readonly reportStage = signal('');
 
     constructor(private readonly host: DownloadsHost) {}
 
@@ -57,7 +59,7 @@ export class Downloads {
         if (!online.value || this.reporting.value) return;
         const viewId = this.host.viewId();
         this.reporting.value = true;
-        toasts.info('Measuring, and taking pictures for the report: that takes half a minute or so');
+        toasts.info('Measuring, and taking pictures for the report: that takes some seconds');
         try {
             const { html } = await call('report.get', viewId === null ? {} : { view_id: viewId });
             save('report.html', stringOr(html, ''), 'text/html');
@@ -66,8 +68,21 @@ export class Downloads {
             onError(error as Error);
         } finally {
             this.reporting.value = false;
+            this.reportStage.value = '';
         }
     }
+
+    /** report.progress */
+    notified(params: JsonObject): void {
+        if (this.reporting.value) this.reportStage.value = reportInWords(params);
+    }
+}
+
+/** "Measuring: 1 of 3 sensors done"; "Picture: 2 of 4 samples". */
+export function reportInWords({ stage, done, of }: JsonObject): string {
+    const [n, all] = [numberOr(done, 0), numberOr(of, 0)];
+    if (stage === 'sensors') return `Measuring: ${n} of ${all} ${all === 1 ? 'sensor' : 'sensors'} done`;
+    return stage === 'picture' || stage === 'illuminance' ? `${stage === 'picture' ? 'Picture' : 'Picture of illuminance'}: ${n} of ${all} samples` : '';
 }
 
 const save = (name: string, text: BlobPart, type: string): void => saveAs(name, new Blob([text], { type }));

@@ -137,6 +137,12 @@ export const nameOf = (light: SceneRecord): string => {
 /** Where it is marked: an object is seldom where its anchor is. */
 export const centreOf = (light: SceneRecord): Vec3 => vec3Or(emitsOf(light)?.centre, anchorOf(light));
 
+/** It is on, and no picture shows it: it has no extent. */
+export function isUnseen(light: SceneRecord | undefined): boolean {
+    if (!light || !isOn(light)) return false;
+    return light.kind === 'point' || light.kind === 'spot' || (light.kind === 'directional' && numberOr(light.diameter_deg, 0) === 0);
+}
+
 export const isOn = (light: SceneRecord): boolean => light.on !== false;
 
 export const isPlaced = (light: SceneRecord): boolean => !['directional', 'environment', 'sky', 'sun'].includes(stringOr(light.kind, ''));

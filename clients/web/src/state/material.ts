@@ -150,6 +150,7 @@ export function mapsOf(m: SceneRecord): string[] {
         ['base_color_texture', 'colour'],
         ['metallic_roughness_texture', 'roughness and metal'],
         ['normal_texture', 'relief'],
+        ['anisotropy_texture', 'brushing'],
         ['emission_texture', 'light'],
     ];
     return names.filter(([field]) => (m[field] ?? null) !== null).map(([, name]) => name);

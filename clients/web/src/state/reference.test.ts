@@ -10,6 +10,8 @@ import { Reference, type Wanted } from './reference';
 
 const POSE: CameraPose = { position: [0, 1, 5], target: [0, 1, 0], up: [0, 1, 0], vfov_deg: 45 };
 const WANTED: Wanted = { pose: POSE, params: { size: [8, 6], exposure_ev: 8 }, facts: { ev: 8, map: 'none', solo: [] } };
+/** As the numbers of its cameras begin. */
+const FIRST = 2 ** 30;
 const settle = (): Promise<void> => new Promise((r) => setImmediate(r));
 
 /** A frame without tiles but its last: nothing of it needs a browser. */
@@ -60,14 +62,14 @@ test('the reference is a view of its own, of path, while somebody looks at it', 
     assert.equal(method, 'view.open');
     assert.deepEqual([params.method, params.exposure_ev, params.camera], ['path', 8, POSE]);
     // A frame overtakes the reply.
-    assert.ok(reference.owns(5));
+    assert.ok(reference.owns(5, Number(params.camera_seq)));
     reference.receive(frame(1, Number(params.camera_seq), 1));
     await settle();
     replies.answer();
     await settle();
     assert.deepEqual(shown(), { ...WANTED.facts, pose: POSE, rev: 2, method: 'path', spp: 1, bound: 0.1 });
     assert.deepEqual(calls.pop(), ['frame.ack', { view_id: 5, frame_seq: 1 }]);
-    assert.ok(!reference.owns(6));
+    assert.ok(!reference.owns(6, Number(params.camera_seq)));
     names();
     wanted.value = false;
     assert.deepEqual(calls, [['view.close', { view_id: 5 }]]);
@@ -81,7 +83,7 @@ test('while the camera moves it shows nothing, and is asked for once when the ha
     wanted.value = true;
     replies.answer();
     await settle();
-    reference.receive(frame(1, 1, 1));
+    reference.receive(frame(1, FIRST, 1));
     await settle();
     assert.ok(shown());
     names();
@@ -97,11 +99,11 @@ test('while the camera moves it shows nothing, and is asked for once when the ha
     } finally {
         timers.reset();
     }
-    assert.deepEqual(calls.map(([m, p]) => [m, (p.camera as unknown as CameraPose).vfov_deg, p.camera_seq]), [['view.update', 48, 2]]);
-    reference.receive(frame(2, 1, 9)); // of the camera before
+    assert.deepEqual(calls.map(([m, p]) => [m, (p.camera as unknown as CameraPose).vfov_deg, p.camera_seq]), [['view.update', 48, FIRST + 1]]);
+    reference.receive(frame(2, FIRST, 9)); // of the camera before
     await settle();
     assert.equal(shown(), undefined);
-    reference.receive(frame(3, 2, 1));
+    reference.receive(frame(3, FIRST + 1, 1));
     await settle();
     assert.equal(shown()?.pose.vfov_deg, 48);
 });

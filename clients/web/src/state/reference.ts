@@ -8,6 +8,7 @@ import type { Frame, FrameHeader } from '../protocol/frame';
 import type { Json, JsonObject } from '../protocol/rpc';
 import type { CameraPose } from '../protocol/types';
 import { Picture } from '../view/picture';
+import { CameraNumbers } from './camera_seq';
 import type { PictureFacts, Shot } from './compare';
 
 /** A hand that moves the camera leaves all time to the picture that it looks at. */
@@ -52,7 +53,7 @@ export class Reference {
     private picture: Picture | null = null;
     private viewId: number | null = null;
     private opening = false;
-    private seq = 0;
+    private readonly numbers = new CameraNumbers('reference');
     private ackedSeq = 0;
     private told = '';
     /** What the server was asked for, by camera_seq. */
@@ -84,8 +85,8 @@ export class Reference {
     }
 
     /** Frames may overtake the reply that names their view. */
-    owns(viewId: number): boolean {
-        return this.viewId === null ? this.opening : viewId === this.viewId;
+    owns(viewId: number, cameraSeq: number): boolean {
+        return (this.viewId === null ? this.opening : viewId === this.viewId) && this.numbers.has(cameraSeq);
     }
 
     receive(frame: Frame): void {
@@ -104,6 +105,7 @@ export class Reference {
         const events = { onDrawn: (h: FrameHeader) => this.drawn(h), onBroken: (h: FrameHeader, error: Error) => this.broke(h, error) };
         this.picture = new Picture(this.canvas, events, this.host.decode);
         this.ackedSeq = 0;
+        this.numbers.begin();
         try {
             const reply = await this.host.call('view.open', { ...this.params(), method: 'path', spp: REFERENCE_SPP, stats: false });
             this.viewId = Number(reply.view_id);
@@ -137,8 +139,9 @@ export class Reference {
     private params(): JsonObject {
         const what = this.host.what.peek();
         this.told = keyOf(what);
-        this.asked.set(++this.seq, what);
-        return { ...what.params, camera: what.pose as unknown as Json, camera_seq: this.seq };
+        const seq = this.numbers.next();
+        this.asked.set(seq, what);
+        return { ...what.params, camera: what.pose as unknown as Json, camera_seq: seq };
     }
 
     private shown(h: FrameHeader): void {
@@ -155,7 +158,7 @@ export class Reference {
         const what = this.asked.get(h.cameraSeq);
         this.shown(h);
         for (const seq of this.asked.keys()) if (seq < h.cameraSeq) this.asked.delete(seq);
-        if (!what || h.cameraSeq !== this.seq) return; // of what was wanted before
+        if (!what || h.cameraSeq !== this.numbers.last) return; // of what was wanted before
         this.facts.value = { ...what.facts, pose: what.pose, rev: h.sceneRev, method: 'path', spp: h.spp, bound: h.error };
     }
 }

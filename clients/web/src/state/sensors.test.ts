@@ -4,7 +4,7 @@ import type { JsonObject } from '../protocol/rpc';
 import type { CameraPose } from '../protocol/types';
 import type { Edits } from './edits';
 import { SceneMirror } from './scene';
-import { apart, daylightInWords, judge, modellingInWords, pointAt, pointsInWords, readingOf, Sensors, stateOf, unknownInWords, verdict, worstInWords } from './sensors';
+import { apart, daylightInWords, gazeOf, judge, modellingInWords, pointAt, pointsInWords, readingOf, Sensors, stateOf, unknownInWords, verdict, worstInWords, worstPlaceInWords } from './sensors';
 
 const TOLD: JsonObject = {
     id: 'desks', scene_rev: 7, settled: false, kind: 'grid', nu: 3, nv: 2, left_out: 1,
@@ -100,13 +100,13 @@ test('sensors are watched where there are some, and anew on a new connection', (
 
 test('points lie in the middles of cells, and are judged by what is wanted', () => {
     const record = { type: 'sensor', id: 'desks', kind: 'grid', position: [1, 0.75, 2], u: [4, 0, 0], v: [0, 0, 2], target_lx: 500, target_uo: 0.6 };
-    const { nu, nv, lx } = readingOf({ ...TOLD, nu: 2, nv: 2, lx: [520, 480, null, 250] });
+    const { nu, nv, values } = readingOf({ ...TOLD, nu: 2, nv: 2, lx: [520, 480, null, 250] });
     assert.deepEqual([0, 1, 2, 3].map((i) => pointAt(record, { nu, nv }, i)), [[0, 0.75, 1.5], [2, 0.75, 1.5], [0, 0.75, 2.5], [2, 0.75, 2.5]]);
-    assert.deepEqual(lx.map((v) => v && judge(v, record)), ['met', 'near', null, 'missed']);
-    assert.equal(pointsInWords(record, { lx }), '1 of 3 points reach 500 lx, 1 is below 300');
+    assert.deepEqual(values.map((v) => v && judge(v, record)), ['met', 'near', null, 'missed']);
+    assert.equal(pointsInWords(record, { values }), '1 of 3 points reach 500 lx, 1 is below 300');
     assert.equal(judge(499, { ...record, target_uo: null }), 'missed', 'nothing may be below the mean');
     assert.equal(judge(1, { ...record, target_lx: null }), 'plain');
-    assert.equal(pointsInWords({ ...record, target_lx: null }, { lx }), null);
+    assert.equal(pointsInWords({ ...record, target_lx: null }, { values }), null);
 });
 
 test('numbers of points are left out where one would cover another, whichever rows they are of', () => {
@@ -121,6 +121,40 @@ test('a work plane is placed by the server and asks for what office work needs',
     assert.deepEqual(calls.pop(), ['transaction', { ops: [{
         op: 'add', type: 'sensor', id: 'work-plane', kind: 'grid', position: [0, 0.75, 0], u: [4, 0, 0], v: [0, 0, 3], target_lx: 500, target_uo: 0.6,
     }] }]);
+});
+
+const EYES: JsonObject = {
+    id: 'glare', scene_rev: 7, settled: true, kind: 'grid', quantity: 'ugr', nu: 2, nv: 2, left_out: 1, directions: 8,
+    ugr: 20.42, ugr_stderr: 0.1, worst_point: [1, 1.2, -0.5], worst_direction: [0, 0, -1], targets: { ugr: { target: 19, passes: false, sure: true } },
+};
+
+test('eyes are placed all over the floor, and say where one is glared most', async () => {
+    const calls: [string, JsonObject][] = [];
+    const placed = { kind: 'grid', position: [0, 1.2, 0], u: [4, 0, 0], v: [0, 0, 3] };
+    const { scene, sensors } = made(calls, { 'sensor.place': { ...placed, floor_m2: 20 } });
+    await sensors.addEyes();
+    const op = { op: 'add', type: 'sensor', id: 'glare', ...placed, quantity: 'ugr', directions: 8, target_ugr: 19 };
+    assert.deepEqual(calls, [['sensor.place', { height_m: 1.2, directions: 8 }], ['transaction', { ops: [op] }]]);
+    const r = readingOf({ ...EYES, point_ugr: [20.4, 18, null, 19] });
+    assert.equal(worstPlaceInWords(r), 'Worst at x 1, y 1.2, z -0.5 m, looking along 0, 0, -1; of 8 lines of sight at each place');
+    assert.deepEqual(gazeOf(r.worst!), { position: [1, 1.2, -0.5], target: [1, 1.2, -1.5], up: [0, 1, 0], vfov_deg: 60 });
+    const record = { ...op, type: 'sensor', id: 'glare' };
+    assert.deepEqual(r.values.map((v) => v && judge(v, record)), ['missed', 'met', null, 'met']);
+    assert.equal(pointsInWords(record, r), '2 of 3 places that are glared have at most UGR 19');
+    assert.equal(judge(30, { ...record, target_ugr: null }), 'plain');
+    assert.equal(worstPlaceInWords(readingOf({ kind: 'grid', quantity: 'ugr', ugr: null })), null);
+    scene.load([record], 1);
+    sensors.measure(scene.peek('glare')!, 'plane');
+    assert.deepEqual(calls.pop(), ['transaction', { ops: [{ op: 'set', id: 'glare', path: '/target_ugr', value: null }, { op: 'set', id: 'glare', path: '/quantity', value: 'plane' }] }]);
+    sensors.measure({ ...record, quantity: 'plane', target_lx: 500, target_ugr: null }, 'ugr');
+    assert.deepEqual((calls.pop()![1].ops as JsonObject[]).map((o) => o.path), ['/target_lx', '/quantity']);
+});
+
+test('each eye is a line of a file', async () => {
+    const points = [{ point: [0, 1.2, 0], ugr: 18.2, ugr_stderr: 0.1, direction: [0, 0, -1] }, { point: [1, 1.2, 0], left_out: 'inside' }];
+    const { scene, sensors } = made([], { 'sensor.read': { ...EYES, points } });
+    scene.load([{ op: 'add', type: 'sensor', id: 'glare', kind: 'grid', position: [0, 1.2, 0] }], 1);
+    assert.equal(await sensors.csv(), 'sensor,quantity,x_m,y_m,z_m,value,stderr\nglare,ugr,0,1.2,0,18.2,0.1\n');
 });
 
 test('points that count become lines of a file', async () => {

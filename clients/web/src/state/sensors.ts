@@ -39,8 +39,10 @@ export interface SensorReading {
     /** Points along u, and rows of them. */
     nu: number;
     nv: number;
-    /** Of each point, row by row; null: left out. Empty: they were not asked for. */
-    lx: (number | null)[];
+    /** What its points tell; of an observer ''. */
+    quantity: string;
+    /** Of each point, row by row, lx or UGR; null: left out, or nothing glares. Empty: they were not asked for. */
+    values: (number | null)[];
     em: Value | null;
     emin: Value | null;
     uo: Value | null;
@@ -49,6 +51,10 @@ export interface SensorReading {
     /** It is what EN 12464-1 recommends. */
     modellingInRange: boolean;
     ugr: Value | null;
+    /** Of eyes: where, and looking which way, one is glared most; null: not known. */
+    worst: { point: Vec3; direction: Vec3 } | null;
+    /** Lines of sight of each. */
+    directions: number;
     /** Null: not known yet. */
     dgp: Value | null;
     /** How people are glared by day: "imperceptible" and so on. */
@@ -59,6 +65,10 @@ export interface SensorReading {
     power: Power | null;
     targets: Partial<Record<'em' | 'uo' | 'ugr' | 'dgp', Target>>;
 }
+
+/** Of people who sit (EN 12464-1). */
+const EYE_HEIGHT_M = 1.2;
+const EYE_DIRECTIONS = 8;
 
 /** The server measures within the time of frames, and no sensor at all while nobody asks. */
 export interface SensorsHost {
@@ -116,6 +126,26 @@ export class Sensors {
         }
     }
 
+    /** Eyes all over the floor, as those who sit there have them, each looking all around; with the target of offices. */
+    async addEyes(): Promise<void> {
+        const { scene, edits, call, onError } = this.host;
+        try {
+            const placed = await call('sensor.place', { height_m: EYE_HEIGHT_M, directions: EYE_DIRECTIONS });
+            delete placed.floor_m2; // of power, which is told of a work plane
+            const id = newId('glare', (taken) => scene.peek(taken) !== undefined);
+            await edits.transaction([{ op: 'add', type: 'sensor', id, ...placed, quantity: 'ugr', directions: EYE_DIRECTIONS, target_ugr: 19 }]);
+        } catch (error) {
+            onError(error as Error);
+        }
+    }
+
+    /** Eyes want no lux, and other points no UGR: such targets go with what they were of. */
+    measure(record: SceneRecord, quantity: string): void {
+        const set = (path: string, value: Json): Op => ({ op: 'set', id: record.id, path, value });
+        const gone = (quantity === 'ugr' ? ['target_lx', 'target_uo'] : ['target_ugr']).filter((name) => (record[name] ?? null) !== null);
+        void this.host.edits.transaction([...gone.map((name) => set(`/${name}`, null)), set('/quantity', quantity)]);
+    }
+
     /** Who looks as the view does: an eye where its camera is. */
     async addObserver(): Promise<void> {
         const { scene, edits, pose, onError } = this.host;
@@ -141,9 +171,10 @@ export class Sensors {
             const add = (quantity: string, at: Json | undefined, value: Json | undefined, error: Json | undefined): void => {
                 if (typeof value === 'number') lines.push([id, quantity, ...(Array.isArray(at) ? at.map(Number) : []), value, numberOr(error, NaN)].join(','));
             };
-            for (const name of ['ugr', 'dgp']) add(name, this.host.scene.peek(id)?.position, told[name], told[`${name}_stderr`]);
+            if (told.kind === 'observer') for (const name of ['ugr', 'dgp']) add(name, this.host.scene.peek(id)?.position, told[name], told[`${name}_stderr`]);
             const points = Array.isArray(told.points) ? told.points.filter(isObject) : [];
             const quantity = stringOr(told.quantity, '');
+            for (const p of points) add('ugr', p.point, p.ugr, p.ugr_stderr);
             for (const p of points) add(quantity === 'modelling' ? 'plane' : quantity, p.point, p.lx, p.stderr_lx);
             for (const p of points) add('cylindrical', p.point, p.ez_lx, p.ez_stderr_lx);
         }
@@ -186,6 +217,8 @@ export function unknownInWords({ lamps, unknown, names }: Power): string | null 
 }
 
 export function readingOf(sensor: JsonObject): SensorReading {
+    const quantity = stringOr(sensor.quantity, '');
+    const values = quantity === 'ugr' ? sensor.point_ugr : sensor.lx;
     const targets: SensorReading['targets'] = {};
     const told = isObject(sensor.targets) ? sensor.targets : {};
     for (const name of ['em', 'uo', 'ugr', 'dgp'] as const) {
@@ -200,7 +233,8 @@ export function readingOf(sensor: JsonObject): SensorReading {
         leftOut: numberOr(sensor.left_out, 0),
         nu: numberOr(sensor.nu, 1),
         nv: numberOr(sensor.nv, 1),
-        lx: Array.isArray(sensor.lx) ? sensor.lx.map((v) => (typeof v === 'number' ? v : null)) : [],
+        quantity,
+        values: Array.isArray(values) ? values.map((v) => (typeof v === 'number' ? v : null)) : [],
         em: valueOf(sensor, 'em_lx', 'em_stderr_lx'),
         emin: valueOf(sensor, 'emin_lx', 'emin_stderr_lx'),
         uo: valueOf(sensor, 'uo', 'uo_stderr'),
@@ -208,6 +242,8 @@ export function readingOf(sensor: JsonObject): SensorReading {
         modelling: valueOf(sensor, 'modelling', 'modelling_stderr'),
         modellingInRange: sensor.modelling_in_range === true,
         ugr: valueOf(sensor, 'ugr', 'ugr_stderr'),
+        worst: Array.isArray(sensor.worst_point) ? { point: vec3Or(sensor.worst_point, [0, 0, 0]), direction: vec3Or(sensor.worst_direction, [0, 0, -1]) } : null,
+        directions: numberOr(sensor.directions, 1),
         dgp: valueOf(sensor, 'dgp', 'dgp_stderr'),
         dgpBand: stringOr(sensor.dgp_band, ''),
         dgpInRange: sensor.dgp_in_range !== false,
@@ -231,7 +267,7 @@ export function verdict(t: Target): string {
 
 /** "Worst of 3 observers: UGR 21.3 (desk-2), DGP 0.38 (desk-1)"; null: there are not two that are known. */
 export function worstInWords(readings: ReadonlyMap<string, SensorReading>, ids: readonly string[], nameOf: (id: string) => string): string | null {
-    const observers = ids.filter((id) => readings.get(id)?.kind === 'observer');
+    const observers = ids.filter((id) => readings.get(id)?.kind === 'observer' || readings.get(id)?.quantity === 'ugr');
     if (observers.length < 2) return null;
     const worst = (name: 'ugr' | 'dgp', digits: number): string[] => {
         const known = observers.map((id) => ({ id, value: readings.get(id)![name]?.value ?? -Infinity })).sort((a, b) => b.value - a.value);
@@ -247,11 +283,25 @@ export const QUANTITIES: [string, string][] = [
     ['cylindrical', 'Cylindrical illuminance'],
     ['semicylindrical', 'Semicylindrical illuminance'],
     ['modelling', 'Plane and cylindrical: modelling'],
+    ['ugr', 'Glare of eyes there: UGR'],
 ];
 
 /** "Modelling within 0.30 to 0.60 (EN 12464-1)". */
 export function modellingInWords({ modellingInRange }: Pick<SensorReading, 'modellingInRange'>): string {
     return `Modelling is ${modellingInRange ? 'within' : 'not within'} 0.30 to 0.60, which EN 12464-1 recommends`;
+}
+
+/** "Worst at x 0.98, y 1.2, z -1.06 m, looking along 0, 0, -1; of 8 lines of sight at each place". */
+export function worstPlaceInWords({ worst, directions }: Pick<SensorReading, 'worst' | 'directions'>): string | null {
+    if (!worst) return null;
+    const short = (v: number): string => String(Number(v.toFixed(2)) + 0);
+    const [x, y, z] = worst.point.map(short);
+    return `Worst at x ${x}, y ${y}, z ${z} m, looking along ${worst.direction.map(short).join(', ')}; of ${directions} lines of sight at each place`;
+}
+
+/** What that eye sees: of somebody who looks straight ahead. */
+export function gazeOf({ point, direction }: { point: Vec3; direction: Vec3 }): CameraPose {
+    return { position: point, target: add(point, direction), up: [0, 1, 0], vfov_deg: 60 };
 }
 
 /** What glare by day feels like. */
@@ -286,17 +336,20 @@ export function apart(places: readonly ({ x: number; y: number } | null)[], w: n
 /** met: as much as the mean is to be. missed: less than the least may be. near: between. plain: nothing is asked. */
 export type PointVerdict = 'met' | 'near' | 'missed' | 'plain';
 
-export function judge(lx: number, record: SceneRecord): PointVerdict {
+export function judge(value: number, record: SceneRecord): PointVerdict {
+    if (record.quantity === 'ugr') return !(numberOr(record.target_ugr, 0) > 0) ? 'plain' : value <= numberOr(record.target_ugr, 0) ? 'met' : 'missed';
     const wanted = numberOr(record.target_lx, 0);
     if (!(wanted > 0)) return 'plain';
-    if (lx >= wanted) return 'met';
-    return lx < wanted * numberOr(record.target_uo, 1) ? 'missed' : 'near';
+    if (value >= wanted) return 'met';
+    return value < wanted * numberOr(record.target_uo, 1) ? 'missed' : 'near';
 }
 
 /** "9 of 12 points reach 500 lx, 1 is below 300"; null: nothing is asked, or not known. */
-export function pointsInWords(record: SceneRecord, { lx }: Pick<SensorReading, 'lx'>): string | null {
+export function pointsInWords(record: SceneRecord, { values }: Pick<SensorReading, 'values'>): string | null {
     const wanted = numberOr(record.target_lx, 0);
-    const known = lx.filter((v) => v !== null);
+    const known = values.filter((v) => v !== null);
+    const most = numberOr(record.target_ugr, 0);
+    if (record.quantity === 'ugr' && most > 0 && known.length > 1) return `${known.filter((v) => judge(v, record) === 'met').length} of ${known.length} places that are glared have at most UGR ${most}`;
     if (known.length < 2 || !(wanted > 0)) return null;
     const n = (verdict: PointVerdict): number => known.filter((v) => judge(v, record) === verdict).length;
     const least = wanted * numberOr(record.target_uo, 1);

@@ -4,7 +4,7 @@ import { RpcError, type Json, type JsonObject } from '../protocol/rpc';
 import type { SceneRecord } from '../protocol/types';
 import { byLight, grouped, groupIntensity, groupStart, scaledTo } from './groups';
 import { explainImport, idForAsset } from './imports';
-import { asInModel, centreOf, colourOf, fluxOf, intensityOf, isAdjusted, isLamp, nameOf } from './lights';
+import { isUnseen, asInModel, centreOf, colourOf, fluxOf, intensityOf, isAdjusted, isLamp, nameOf } from './lights';
 import { legendOf, FrameMeter, placeOn, sharesOf } from './frame_meter';
 import { anchorOf, anchoredAt, placementOf } from './placement';
 import { SceneMirror, withField } from './scene';
@@ -265,4 +265,10 @@ test('a frame that took no work says what it shows, and not that it took nothing
     assert.equal(meter.ticks.value, 1, 'and leaves no mark in the history');
     meter.stats({ ...frame, cache: { records: 0, created: 0, updated: 0, reused: 0, removed: 0, discarded: 0 } });
     assert.equal(meter.server.value.cache, null, 'a method without a cache');
+});
+
+test('lamps without an extent, while they are on, are in no picture', () => {
+    const lamp = (more: JsonObject): SceneRecord => ({ type: 'light', id: 'l', ...more }) as SceneRecord;
+    assert.deepEqual(['point', 'spot', 'directional', 'quad', 'ies', 'sun'].map((kind) => isUnseen(lamp({ kind }))), [true, true, true, false, false, false]);
+    assert.deepEqual([isUnseen(lamp({ kind: 'point', on: false })), isUnseen(lamp({ kind: 'directional', diameter_deg: 0.5 })), isUnseen(undefined)], [false, false, false]);
 });

@@ -24,7 +24,9 @@ function made() {
     const closed = (): unknown[] => calls.filter(([method]) => method === 'view.close').map(([, params]) => params.view_id);
     /** As if a whole frame of it was drawn. */
     const whole = (): void => void Object.assign(stills, { whole: true });
-    return { stills, calls, opened, errors, told, blobs, closed, whole };
+    /** camera_seq of the view that was opened as the nth. */
+    const seq = (n: number): number => Number(calls.filter(([method]) => method === 'view.open').at(n)![1].camera_seq);
+    return { stills, seq, calls, opened, errors, told, blobs, closed, whole };
 }
 
 const settle = async (): Promise<void> => {
@@ -32,24 +34,25 @@ const settle = async (): Promise<void> => {
 };
 
 test('each view that is opened is closed, whatever is begun before it is there', async () => {
-    const { stills, opened, closed } = made();
+    const { stills, seq, opened, closed } = made();
     void stills.start('panorama', 'png', 1024);
     stills.cancel();
     void stills.start('panorama', 'png', 1024);
+    assert.deepEqual([stills.owns(1, seq(0)), stills.owns(2, seq(1))], [false, true], 'neither has been answered yet');
     opened[0]!(1);
     await settle();
     assert.deepEqual(closed(), [1], 'it was called off');
     opened[1]!(2);
     await settle();
-    assert.equal(stills.owns(2), true);
-    assert.equal(stills.owns(1), false);
+    assert.equal(stills.owns(2, seq(-1)), true);
+    assert.equal(stills.owns(1, seq(-1)), false);
     stills.cancel();
     await settle();
     assert.deepEqual(closed(), [1, 2]);
 });
 
 test('while a file is written the next picture is made', async () => {
-    const { stills, opened, told, errors, blobs, closed, whole } = made();
+    const { stills, seq, opened, told, errors, blobs, closed, whole } = made();
     void stills.start('panorama', 'png', 1024);
     opened[0]!(1);
     await settle();
@@ -61,7 +64,7 @@ test('while a file is written the next picture is made', async () => {
     await settle();
     blobs[0]!(new Blob(['x']));
     await saving;
-    assert.deepEqual([told, closed(), stills.owns(2)], [['The panorama is being made', 'The picture is being made', 'panorama.png', 'Saved as panorama.png'], [1], true]);
+    assert.deepEqual([told, closed(), stills.owns(2, seq(-1))], [['The panorama is being made', 'The picture is being made', 'panorama.png', 'Saved as panorama.png'], [1], true]);
     whole();
     const second = stills.save();
     blobs[1]!(null);

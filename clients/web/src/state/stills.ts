@@ -8,6 +8,7 @@ import { Flag, type Frame, type FrameHeader } from '../protocol/frame';
 import type { Json, JsonObject } from '../protocol/rpc';
 import type { CameraPose } from '../protocol/types';
 import { Picture } from '../view/picture';
+import { CameraNumbers } from './camera_seq';
 
 export type StillKind = 'picture' | 'panorama';
 export type StillFormat = 'png' | 'exr';
@@ -54,6 +55,7 @@ export class Stills {
     private opening = false;
     /** Which picture is made: what belongs to one before is not taken for it. */
     private turn = 0;
+    private readonly numbers = new CameraNumbers('stills');
     private picture: Picture | null = null;
     private canvas: HTMLCanvasElement | null = null;
     private readonly linear = { canvas: new Canvas(), order: Promise.resolve() };
@@ -71,6 +73,7 @@ export class Stills {
         this.canvas = host.canvas();
         this.picture = new Picture(this.canvas, { onDrawn: (h) => this.drawn(h), onBroken: (_, error) => this.fail(error) });
         this.opening = true;
+        this.numbers.begin();
         host.announce(`The ${kind} is being made`);
         try {
             const { view_id: id } = await host.call('view.open', this.params(kind, format, width));
@@ -93,12 +96,13 @@ export class Stills {
             ...(format === 'exr' ? { overlay: 'none' } : {}), // a map of light would be what its numbers mean
             ...(method === null ? {} : { method }),
             ...(host.addsSamples() ? { spp: ENOUGH_SPP, budget: { error: ENOUGH_ERROR } } : {}),
-            ...{ camera, codec: format === 'exr' ? 'half_deflate' : 'png', stats: false },
+            ...{ camera, camera_seq: this.numbers.next(), codec: format === 'exr' ? 'half_deflate' : 'png', stats: false },
         };
     }
 
-    owns(viewId: number): boolean {
-        return this.viewId === null ? this.opening : viewId === this.viewId;
+    /** Frames may overtake the reply that names their view. */
+    owns(viewId: number, cameraSeq: number): boolean {
+        return (this.viewId === null ? this.opening : viewId === this.viewId) && this.numbers.has(cameraSeq);
     }
 
     receive(frame: Frame): void {

@@ -11,6 +11,7 @@ import type { FrameHeader } from '../protocol/frame';
 import type { Json, JsonObject } from '../protocol/rpc';
 import type { CameraPose } from '../protocol/types';
 import { orbitFromPose, poseFromOrbit, type Orbit } from '../view/camera';
+import { CameraNumbers } from './camera_seq';
 
 const NATIVE = 8_388_608;
 /** How many pixels to ask for while something moves, and at rest. The picture is stretched to the window. */
@@ -167,7 +168,7 @@ export class ViewLink {
 
     private opening = false;
     private unanswered = 0;
-    private cameraSeq = 0;
+    private readonly numbers = new CameraNumbers('view');
     private readonly sent = new Map<number, Sent>();
     private dirty = clean();
     private readonly pacer = new Pacer(() => void this.flush());
@@ -212,6 +213,7 @@ export class ViewLink {
         this.viewId = null;
         this.unanswered = 0;
         this.opening = true;
+        this.numbers.begin();
         try {
             this.dirty = clean();
             const reply = await this.call('view.open', {
@@ -235,8 +237,8 @@ export class ViewLink {
     }
 
     /** Frames may overtake the reply to view.open that names their view. */
-    owns(viewId: number): boolean {
-        return this.opening || viewId === this.viewId;
+    owns(viewId: number, cameraSeq: number): boolean {
+        return (this.opening || viewId === this.viewId) && this.numbers.has(cameraSeq);
     }
 
     /** A frame is on screen. Returns how long ago its change was sent, null when it shows one that was shown before. */
@@ -275,7 +277,7 @@ export class ViewLink {
         const { camera, size, settings, tiles } = this.dirty;
         this.dirty = clean();
         const params: JsonObject = { view_id: viewId, ...this.numbered(performance.now()) };
-        const seq = this.cameraSeq;
+        const seq = this.numbers.last;
         if (camera) params.camera = this.pose();
         if (size) Object.assign(params, { size: this.size.value, rest_size: this.restSize });
         if (settings) Object.assign(params, this.settingParams());
@@ -311,10 +313,11 @@ export class ViewLink {
 
     /** The number of the change that is being sent, and a note of the camera that goes with it. */
     private numbered(at: number | null): JsonObject {
-        this.sent.set(++this.cameraSeq, { pose: poseFromOrbit(this.orbit.value), at });
+        const seq = this.numbers.next();
+        this.sent.set(seq, { pose: poseFromOrbit(this.orbit.value), at });
         if (this.sent.size > MAX_POSES) this.sent.delete(this.sent.keys().next().value!);
         this.pending.value = true;
-        return { camera_seq: this.cameraSeq };
+        return { camera_seq: seq };
     }
 
     private settingParams(): JsonObject {

@@ -1,7 +1,7 @@
 import type { ComponentChildren } from 'preact';
 import { useRef } from 'preact/hooks';
 import { swatch } from '../lib/colour';
-import { number } from '../lib/format';
+import { fixed, number } from '../lib/format';
 import { add, scale, sub, type Vec3 } from '../lib/vec';
 import { vec3Or, type SceneRecord } from '../protocol/types';
 import { centreOf, colourOf, isOn, isPlaced, nameOf } from '../state/lights';
@@ -103,26 +103,26 @@ function PointsOf({ id }: { id: string }) {
     const app = useApp();
     const record = app.scene.record(id);
     const reading = app.sensors.readings.value.get(id);
-    if (!record || !reading || reading.lx.length === 0 || reading.lx.length > MOST_POINTS) return null;
+    if (!record || !reading || reading.values.length === 0 || reading.values.length > MOST_POINTS) return null;
     const [width, height] = app.view.cssSize.value;
     const current = app.online.value && reading.rev >= app.scene.rev.value;
-    const places = reading.lx.map((_, i) => {
+    const places = reading.values.map((_, i) => {
         const at = project(app.view.shownPose.value, app.view.aspect.value, pointAt(record, reading, i));
         return at && { x: at.x * width, y: at.y * height };
     });
     const roomy = apart(places, NUMBER_ROOM, NUMBER_ROOM / 2);
     return (
         <g class={current ? '' : 'is-old'}>
-            {reading.lx.map((lx, i) => {
+            {reading.values.map((value, i) => {
                 const at = places[i];
-                if (lx === null || !at) return null;
-                const verdict = judge(lx, record);
+                if (value === null || !at) return null;
+                const verdict = judge(value, record);
                 return (
                     <g key={i} class={`point is-${verdict}`} transform={`translate(${at.x.toFixed(1)} ${at.y.toFixed(1)})`}>
                         {verdict === 'missed' ? <path d="M-4-4L4 4M-4 4L4-4" /> : <circle r="4" />}
                         {roomy.has(i) && (
                             <text y="14" text-anchor="middle">
-                                {number(lx < 10 ? Number(lx.toPrecision(2)) : Math.round(lx))}
+                                {reading.quantity === 'ugr' ? fixed(value, 1) : number(value < 10 ? Number(value.toPrecision(2)) : Math.round(value))}
                             </text>
                         )}
                     </g>

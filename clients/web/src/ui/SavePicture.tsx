@@ -1,6 +1,7 @@
 import { useSignal } from '@preact/signals';
 import { useLayoutEffect, useRef } from 'preact/hooks';
 import { number, percent } from '../lib/format';
+import { isUnseen } from '../state/lights';
 import { PANORAMA_WIDTHS, type StillFormat, type StillKind } from '../state/stills';
 import { Choice } from './Choice';
 import { useApp } from './context';
@@ -19,6 +20,7 @@ export function SavePicture() {
     const format = useSignal<StillFormat>('png');
     const width = useSignal<number>(PANORAMA_WIDTHS[0]);
     const idle = stills.progress.value === null;
+    const unseen = app.scene.list('light').value.filter((id) => isUnseen(app.scene.record(id))).length;
     const group = useRef<HTMLDivElement>(null);
     const begun = useRef<StillKind | null>(null);
     const start = (kind: StillKind): void => {
@@ -46,6 +48,12 @@ export function SavePicture() {
                     onChange={(w) => (width.value = Number(w))}
                 />
             </div>
+            {unseen > 0 && (
+                <p class="hint">
+                    {unseen === 1 ? 'A lamp without an extent is' : `${number(unseen)} lamps without an extent are`} in no picture: light at the eye, summed up from a panorama, lacks
+                    theirs.
+                </p>
+            )}
             {idle ? (
                 <div class="actions">
                     <button type="button" class="button save-picture-now" disabled={format.value === 'exr' && !app.online.value} onClick={savePicture}>

@@ -1,7 +1,8 @@
 import { fixed, number, toError } from '../lib/format';
 import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
 import { NOT_TO_MEASURE } from '../state/role';
-import { daylightInWords, modellingInWords, pointsInWords, QUANTITIES, stateOf, unknownInWords, verdict, worstInWords, type Power, type SensorReading, type Target, type Value } from '../state/sensors';
+import { daylightInWords, modellingInWords, pointsInWords, QUANTITIES, stateOf, unknownInWords, verdict, worstInWords, worstPlaceInWords, gazeOf, type Power, type SensorReading, type Target, type Value } from '../state/sensors';
+import { orbitFromPose } from '../view/camera';
 import { useApp } from './context';
 import { Choice } from './Choice';
 import { Editing } from './Editing';
@@ -29,6 +30,15 @@ export function SensorPanel() {
                         onClick={() => void app.sensors.addObserver()}
                     >
                         Observer
+                    </button>
+                    <button
+                        type="button"
+                        class="toggle"
+                        aria-label="Add glare grid"
+                        title="Eyes 1.2 m above the whole floor, looking all around: UGR of each, and where it is worst"
+                        onClick={() => void app.sensors.addEyes()}
+                    >
+                        Glare
                     </button>
                 </Editing>
             </header>
@@ -62,6 +72,7 @@ export function SensorPanel() {
                     </button>
                 </div>
             )}
+            {app.downloads.reporting.value && <p class="hint">Report: {app.downloads.reportStage.value || 'waiting for its turn'}</p>}
             {ids.length > 0 && !app.mayMeasure.value && <p class="hint">{NOT_TO_MEASURE}</p>}
             {ids.length === 0 && <p class="hint">A work plane shows the mean illuminance and its uniformity while you move lamps.</p>}
             {worst && <p class="hint">{worst}</p>}
@@ -80,6 +91,7 @@ function Sensor({ id }: { id: string }) {
     if (!record) return null;
     const reading = app.sensors.readings.value.get(id);
     const current = app.online.value && reading !== undefined && reading.rev >= app.scene.rev.value;
+    const lit = reading !== undefined && reading.kind !== 'observer' && reading.quantity !== 'ugr';
     return (
         <li class="light sensor">
             <div class="light-head">
@@ -93,14 +105,15 @@ function Sensor({ id }: { id: string }) {
             <p class="kind">{stateOf(reading, current)}</p>
             {reading && (
                 <dl class={`sensor-values ${current ? '' : 'is-old'}`}>
-                    {reading.kind !== 'observer' && <Row name="Mean" value={reading.em} unit="lx" target={reading.targets.em} />}
-                    {reading.points > 1 && <Row name="Least" value={reading.emin} unit="lx" />}
-                    {reading.points > 1 && <Row name="Uniformity" value={reading.uo} unit="" target={reading.targets.uo} />}
+                    {lit && <Row name="Mean" value={reading.em} unit="lx" target={reading.targets.em} />}
+                    {lit && reading.points > 1 && <Row name="Least" value={reading.emin} unit="lx" />}
+                    {lit && reading.points > 1 && <Row name="Uniformity" value={reading.uo} unit="" target={reading.targets.uo} />}
                     {reading.modelling && <Row name="Modelling" value={reading.modelling} unit="" digits={3} />}
-                    {reading.kind === 'observer' && <Row name="UGR" value={reading.ugr} unit="" target={reading.targets.ugr} />}
+                    {!lit && <Row name={reading.quantity === 'ugr' ? 'Worst UGR' : 'UGR'} value={reading.ugr} unit="" target={reading.targets.ugr} />}
                     {reading.kind === 'observer' && <Row name="DGP" value={reading.dgp} unit="" digits={3} target={reading.targets.dgp} />}
                 </dl>
             )}
+            {reading?.worst && <Worst reading={reading} />}
             {reading?.modelling && <p class="hint">{modellingInWords(reading)}</p>}
             {reading?.dgp && <p class="hint">{daylightInWords(reading)}</p>}
             {reading?.power && <PowerOf power={reading.power} />}
@@ -109,6 +122,21 @@ function Sensor({ id }: { id: string }) {
                 <Wanted record={record} />
             </Editing>
         </li>
+    );
+}
+
+/** Where an eye is glared most, and what it sees. */
+function Worst({ reading }: { reading: SensorReading }) {
+    const { view } = useApp();
+    const { worst } = reading;
+    if (!worst) return null;
+    return (
+        <p class="hint">
+            {worstPlaceInWords(reading)}{' '}
+            <button type="button" class="toggle" title="The view goes there, and looks so" onClick={() => view.moveTo(orbitFromPose(gazeOf(worst)))}>
+                See it
+            </button>
+        </p>
     );
 }
 
@@ -157,7 +185,7 @@ function Row({ name, value, unit, target, digits = 2 }: { name: string; value: V
 
 /** Zero: nothing is asked. */
 function Wanted({ record }: { record: SceneRecord }) {
-    const { edits } = useApp();
+    const { edits, sensors } = useApp();
     const set = (path: string, v: number): void => edits.setOnce(record.id, path, v > 0 ? v : null);
     if (record.kind === 'observer')
         return (
@@ -166,9 +194,18 @@ function Wanted({ record }: { record: SceneRecord }) {
                 <NumberField label="DGP wanted, at most" unit="" min={0} max={1} value={numberOr(record.target_dgp, 0)} onCommit={(v) => set('/target_dgp', v)} />
             </div>
         );
+    const measures = <Choice label="Measures" value={stringOr(record.quantity, 'plane')} options={QUANTITIES} onChange={(v) => sensors.measure(record, v)} />;
+    if (record.quantity === 'ugr')
+        return (
+            <div class="fields">
+                {measures}
+                <NumberField label="UGR wanted, at most" unit="" min={0} max={100} value={numberOr(record.target_ugr, 0)} onCommit={(v) => set('/target_ugr', v)} />
+                <NumberField label="Lines of sight" unit="" min={1} max={64} value={numberOr(record.directions, 8)} onCommit={(v) => edits.setOnce(record.id, '/directions', Math.round(v))} />
+            </div>
+        );
     return (
         <div class="fields">
-            <Choice label="Measures" value={stringOr(record.quantity, 'plane')} options={QUANTITIES} onChange={(v) => edits.setOnce(record.id, '/quantity', v)} />
+            {measures}
             <NumberField label="Mean wanted" unit="lx" min={0} max={1e9} value={numberOr(record.target_lx, 0)} onCommit={(v) => set('/target_lx', v)} />
             {record.kind !== 'point' && (
                 <NumberField label="Uniformity wanted" unit="" min={0} max={1} value={numberOr(record.target_uo, 0)} onCommit={(v) => set('/target_uo', v)} />
