@@ -116,6 +116,14 @@ static bool pick_half(float *inout_u)
     return second;
 }
 
+/* density: of the ray. False: it brings nothing. */
+static bool emit_from_afar(struct lum_vec3 o, struct lum_vec3 d, struct lum_rgb value, float density,
+                           struct lum_light_ray *ret)
+{
+    *ret = (struct lum_light_ray){o, d, lum_rgb_scale(value, 1.0f / density), density};
+    return density > 0.0f && !lum_rgb_black(ret->flux_unit);
+}
+
 /* Parallel light with this irradiance on a plane that faces it, evenly over the box as it sees it, or through portals.
  */
 static bool emit_parallel(const struct lum_snapshot *s, struct lum_vec3 d, struct lum_rgb irradiance,
@@ -135,8 +143,23 @@ static bool emit_parallel(const struct lum_snapshot *s, struct lum_vec3 d, struc
         o = face_point(&b, axis, to[axis] > 0.0f ? -1.0f : 1.0f, u);
         through = density_of_aimed(portals, o, d, n);
     }
-    float density = (1.0f - aimed) / all + aimed * through;
-    return lum_emit_ray(o, d, lum_rgb_scale(irradiance, 1.0f / density), ret);
+    return emit_from_afar(o, d, irradiance, (1.0f - aimed) / all + aimed * through, ret);
+}
+
+/* The same to a point. */
+static bool emit_parallel_to(const struct lum_snapshot *s, struct lum_vec3 d, struct lum_rgb irradiance,
+                             const struct lum_portals *portals, struct lum_vec3 p, struct lum_light_ray *ret,
+                             float *ret_pdf_sa)
+{
+    struct box b = box_around(s->bounds_lo, s->bounds_hi);
+    float to[3] = {d.x, d.y, d.z}, area[3];
+    seen_faces(&b, to, area);
+    uint32_t n = count_facing(portals, d);
+    float aimed = n > 0 ? AIMED : 0.0f;
+    *ret_pdf_sa = 1.0f;
+    return emit_from_afar(back_to_face(&b, p, d), d, irradiance,
+                          (1.0f - aimed) / (area[0] + area[1] + area[2]) + aimed * density_of_aimed(portals, p, d, n),
+                          ret);
 }
 
 /* ---- directional ---- */
@@ -156,6 +179,14 @@ static bool emit_directional(const struct lum_snapshot *s, const struct lum_ligh
     return emit_parallel(s, l->n, lum_grey(1.0f), portals, u_position, ret);
 }
 
+static bool emit_directional_to(const struct lum_snapshot *s, const struct lum_light *l,
+                                const struct lum_portals *portals, struct lum_vec3 p, struct lum_vec2 u,
+                                struct lum_light_ray *ret, float *ret_pdf_sa)
+{
+    (void)u;
+    return emit_parallel_to(s, l->n, lum_grey(1.0f), portals, p, ret, ret_pdf_sa);
+}
+
 static double flux_of_directional(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
 {
     struct box b = box_around(bounds_lo, bounds_hi);
@@ -164,8 +195,11 @@ static double flux_of_directional(const struct lum_light *l, struct lum_vec3 bou
     return (double)(area[0] + area[1] + area[2]);
 }
 
-const struct lum_emitter_row lum_emitter_directional = {
-    .sample = sample_directional, .emit_from_afar = emit_directional, .flux = flux_of_directional, .from_afar = true};
+const struct lum_emitter_row lum_emitter_directional = {.sample = sample_directional,
+                                                        .emit_from_afar = emit_directional,
+                                                        .emit_to = emit_directional_to,
+                                                        .flux = flux_of_directional,
+                                                        .from_afar = true};
 
 /* ---- a disc ---- */
 
@@ -206,12 +240,29 @@ static struct lum_irradiance far_disc_irradiance(const struct lum_light *l, stru
     return (struct lum_irradiance){LUM_PI * sine_squared(l) * cosine, cosine};
 }
 
+/* A direction of its light, and the irradiance that all of it would be, were it all from there. */
+static struct lum_vec3 draw_far_disc(const struct lum_light *l, struct lum_vec2 u, struct lum_rgb *ret_irradiance)
+{
+    struct lum_vec3 to = lum_normalize(lum_v3_neg(on_far_disc(l, lum_warp_disc(u))));
+    float cosine = lum_dot(to, l->n), distance = LUM_FAR / cosine;
+    *ret_irradiance = lum_grey(l->area * cosine / (distance * distance));
+    return to;
+}
+
 static bool emit_far_disc(const struct lum_snapshot *s, const struct lum_light *l, const struct lum_portals *portals,
                           struct lum_vec2 u_position, struct lum_vec2 u_direction, struct lum_light_ray *ret)
 {
-    struct lum_vec3 to = lum_normalize(lum_v3_neg(on_far_disc(l, lum_warp_disc(u_direction))));
-    float cosine = lum_dot(to, l->n), distance = LUM_FAR / cosine;
-    return emit_parallel(s, to, lum_grey(l->area * cosine / (distance * distance)), portals, u_position, ret);
+    struct lum_rgb irradiance;
+    struct lum_vec3 to = draw_far_disc(l, u_direction, &irradiance);
+    return emit_parallel(s, to, irradiance, portals, u_position, ret);
+}
+
+static bool emit_far_disc_to(const struct lum_snapshot *s, const struct lum_light *l, const struct lum_portals *portals,
+                             struct lum_vec3 p, struct lum_vec2 u, struct lum_light_ray *ret, float *ret_pdf_sa)
+{
+    struct lum_rgb irradiance;
+    struct lum_vec3 to = draw_far_disc(l, u, &irradiance);
+    return emit_parallel_to(s, to, irradiance, portals, p, ret, ret_pdf_sa);
 }
 
 static double flux_of_far_disc(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
@@ -233,6 +284,7 @@ static struct lum_vec3 hit_on_far_disc(const struct lum_light *l, struct lum_vec
 const struct lum_emitter_row lum_emitter_far_disc = {.pdf = pdf_of_far_disc,
                                                      .place = place_on_far_disc,
                                                      .emit_from_afar = emit_far_disc,
+                                                     .emit_to = emit_far_disc_to,
                                                      .flux = flux_of_far_disc,
                                                      .irradiance = far_disc_irradiance,
                                                      .across = across_far_disc,
@@ -421,6 +473,12 @@ static struct sky_ray aim_at_portals(const struct lum_portals *o, const struct b
     return ray;
 }
 
+/* From d, per unit of power. */
+static struct lum_rgb radiance_of_environment(const struct lum_light *l, struct lum_vec3 d)
+{
+    return l->env ? lum_env_map_radiance(l->env, lum_frame_to_local(&l->frame, d)) : lum_grey(1.0f);
+}
+
 static bool emit_environment(const struct lum_snapshot *s, const struct lum_light *l, const struct lum_portals *portals,
                              struct lum_vec2 u_position, struct lum_vec2 u_direction, struct lum_light_ray *ret)
 {
@@ -436,10 +494,28 @@ static bool emit_environment(const struct lum_snapshot *s, const struct lum_ligh
         if (aims)
             ray.density = (1.0f - AIMED) * ray.density + AIMED * density_through(portals, &ray);
     }
-    struct lum_rgb radiance = lum_grey(1.0f);
-    if (l->env)
-        radiance = lum_env_map_radiance(l->env, lum_frame_to_local(&l->frame, lum_v3_neg(ray.d)));
-    return ray.density > 0.0f && lum_emit_ray(ray.o, ray.d, lum_rgb_scale(radiance, 1.0f / ray.density), ret);
+    return emit_from_afar(ray.o, ray.d, radiance_of_environment(l, lum_v3_neg(ray.d)), ray.density, ret);
+}
+
+static bool emit_environment_to(const struct lum_snapshot *s, const struct lum_light *l,
+                                const struct lum_portals *portals, struct lum_vec3 p, struct lum_vec2 u,
+                                struct lum_light_ray *ret, float *ret_pdf_sa)
+{
+    struct box b = box_around(s->bounds_lo, s->bounds_hi);
+    struct lum_light_sample ls;
+    if (!lum_environment_sample(l, u, &ls))
+        return false;
+    struct sky_ray ray = {.o = p, .d = lum_v3_neg(ls.wi)};
+    ray.density = density_over_box(l, &b, ray.d);
+    if (portals && portals->n > 0)
+        ray.density = (1.0f - AIMED) * ray.density + AIMED * density_through(portals, &ray);
+    *ret_pdf_sa = ls.pdf_sa;
+    return emit_from_afar(back_to_face(&b, p, ray.d), ray.d, radiance_of_environment(l, ls.wi), ray.density, ret);
+}
+
+static float emit_environment_to_pdf(const struct lum_light *l, struct lum_vec3 wi)
+{
+    return pdf_of_environment(l, wi, wi, 0.0f, 0.0f);
 }
 
 static double flux_of_environment(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
@@ -453,6 +529,8 @@ const struct lum_emitter_row lum_emitter_environment = {.sample = sample_environ
                                                         .pdf = pdf_of_environment,
                                                         .aim = aim_at_environment,
                                                         .emit_from_afar = emit_environment,
+                                                        .emit_to = emit_environment_to,
+                                                        .emit_to_pdf = emit_environment_to_pdf,
                                                         .flux = flux_of_environment,
                                                         .irradiance = even_irradiance,
                                                         .from_afar = true};

@@ -30,6 +30,10 @@ struct lum_emitter_row {
                  struct lum_vec2 u_direction, struct lum_light_ray *ret_shot);
     bool (*emit_from_afar)(const struct lum_snapshot *s, const struct lum_light *l, const struct lum_portals *portals,
                            struct lum_vec2 u_position, struct lum_vec2 u_direction, struct lum_light_ray *ret_shot);
+    /* of light from afar: lum_light_emit_to, lum_light_emit_to_pdf (NULL: 1) */
+    bool (*emit_to)(const struct lum_snapshot *s, const struct lum_light *l, const struct lum_portals *portals,
+                    struct lum_vec3 p, struct lum_vec2 u, struct lum_light_ray *ret_shot, float *ret_pdf_sa);
+    float (*emit_to_pdf)(const struct lum_light *l, struct lum_vec3 wi);
     double (*flux)(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi);
     /* lum_light_irradiance, at one point or at many. Both NULL: there is no closed form */
     struct lum_irradiance (*irradiance)(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n);

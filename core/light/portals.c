@@ -114,6 +114,88 @@ bool lum_portals_enter(const struct lum_portals *o, struct lum_vec3 p, struct lu
     return true;
 }
 
+bool lum_portals_inside(const struct lum_portals *o, struct lum_vec3 p)
+{
+    return p.x >= o->lo.x && p.x <= o->hi.x && p.y >= o->lo.y && p.y <= o->hi.y && p.z >= o->lo.z && p.z <= o->hi.z;
+}
+
+/* Beside what a surface faces, the share of what lies behind it that counts: interpolated normals lean. */
+#define BEHIND 0.02f
+
+/* Of the cells of a face that p lies `before` of, and adds them up. cos cos / d^2 is finite as d^2 counts for no less
+ * than a cell's area. */
+static float see_face(const struct lum_portals *o, uint32_t face, float before, struct lum_vec3 p, struct lum_vec3 n,
+                      float *restrict part)
+{
+    const float *restrict x = o->centre[0], *restrict y = o->centre[1], *restrict z = o->centre[2];
+    const float area = lum_portals_cell_area(o, face / 2u);
+    float all = 0.0f;
+    for (uint32_t k = o->first[face]; k < o->first[face + 1]; k++) {
+        float dx = x[k] - p.x, dy = y[k] - p.y, dz = z[k] - p.z, d2 = dx * dx + dy * dy + dz * dz;
+        float to = dx * n.x + dy * n.y + dz * n.z, least = BEHIND * sqrtf(d2);
+        part[k] = (to > least ? to : least) * before * area / ((d2 + area) * (d2 + area));
+        all += part[k];
+    }
+    return all;
+}
+
+void lum_portals_see(const struct lum_portals *o, struct lum_vec3 p, struct lum_vec3 n, struct lum_portals_seen *ret)
+{
+    ret->all = 0.0f;
+    for (uint32_t face = 0; face < 6; face++) {
+        uint32_t axis = face / 2u;
+        float before = face % 2u ? of_axis(p, axis) - of_axis(o->hi, axis) : of_axis(o->lo, axis) - of_axis(p, axis);
+        if (before > 0.0f)
+            ret->all += see_face(o, face, before, p, n, ret->part);
+        else
+            for (uint32_t k = o->first[face]; k < o->first[face + 1]; k++)
+                ret->part[k] = 0.0f;
+    }
+}
+
+bool lum_portals_aim(const struct lum_portals *o, const struct lum_portals_seen *seen, struct lum_vec3 p,
+                     struct lum_vec2 u, struct lum_vec3 *ret_d, struct lum_portal_hit *ret_hit)
+{
+    float left = u.x * seen->all;
+    uint32_t k = 0, last = 0;
+    if (!(seen->all > 0.0f))
+        return false;
+    for (; k < o->n && (last = seen->part[k] > 0.0f ? k : last, left >= seen->part[k]); k++)
+        left -= seen->part[k];
+    if (k == o->n) /* by rounding */
+        left = 0.5f * seen->part[k = last];
+    uint32_t cell = o->cell[k];
+    struct lum_vec2 v = {lum_clamp(left / seen->part[k], 0.0f, 1.0f), u.y};
+    struct lum_vec3 inward, d = lum_v3_sub(lum_portals_point(o, cell, v, &inward), p);
+    float distance = lum_length(d), cosine = lum_dot(d, inward) / distance;
+    *ret_d = lum_v3_mul(d, 1.0f / distance);
+    *ret_hit =
+        (struct lum_portal_hit){distance, cosine, lum_portals_cell_area(o, cell / lum_portals_per_face(o) / 2u), cell};
+    return cosine > 0.0f;
+}
+
+float lum_portals_chance(const struct lum_portals *o, const struct lum_portals_seen *seen, uint32_t cell)
+{
+    uint32_t lo = 0, hi = o->n;
+    while (lo < hi) {
+        uint32_t mid = (lo + hi) / 2u;
+        if (o->cell[mid] < cell)
+            lo = mid + 1u;
+        else
+            hi = mid;
+    }
+    return lo < o->n && o->cell[lo] == cell && seen->all > 0.0f ? seen->part[lo] / seen->all : 0.0f;
+}
+
+float lum_portals_aim_pdf(const struct lum_portals *o, const struct lum_portals_seen *seen, struct lum_vec3 p,
+                          struct lum_vec3 d)
+{
+    struct lum_portal_hit hit;
+    if (!lum_portals_enter(o, p, d, &hit) || !(hit.distance > 0.0f) || !lum_portals_is_open(o, hit.cell))
+        return 0.0f;
+    return lum_portals_chance(o, seen, hit.cell) * hit.distance * hit.distance / (hit.cosine * hit.area);
+}
+
 struct lum_vec3 lum_portals_normal(uint32_t face)
 {
     float way = face % 2u ? -1.0f : 1.0f;
@@ -145,6 +227,10 @@ void lum_portals_sort(struct lum_portals *o)
         while (k < o->n && o->cell[k] < face * lum_portals_per_face(o))
             k++;
         o->first[face] = face < 6 ? k : o->n;
+    }
+    for (uint32_t k = 0; k < o->n; k++) {
+        struct lum_vec3 n, p = lum_portals_point(o, o->cell[k], (struct lum_vec2){0.5f, 0.5f}, &n);
+        o->centre[0][k] = p.x, o->centre[1][k] = p.y, o->centre[2][k] = p.z;
     }
 }
 

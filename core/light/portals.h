@@ -23,6 +23,7 @@ struct lum_portals {
     uint32_t along[3];      /* and along those of each axis, so that they are about square */
     uint32_t n;             /* open ones */
     uint32_t cell[LUM_PORTALS_MAX];
+    float centre[3][LUM_PORTALS_MAX];                              /* of each of these */
     uint32_t first[7];                                             /* of each face in cell[], and the end of the last */
     uint64_t open[6u * LUM_PORTALS_SIDE * LUM_PORTALS_SIDE / 64u]; /* a bit for each cell, in the order of cell[] */
 };
@@ -64,6 +65,21 @@ float lum_portals_cell_area(const struct lum_portals *o, uint32_t axis);
 struct lum_vec3 lum_portals_normal(uint32_t face);
 /* The cell of the same face, dx and dy cells from it. False: there is none. */
 bool lum_portals_beside(const struct lum_portals *o, uint32_t cell, int dx, int dy, uint32_t *ret_beside);
+/* What a point outside sees of the open cells that face it: of each about its form factor with a surface there. */
+struct lum_portals_seen {
+    float part[LUM_PORTALS_MAX]; /* in the order of cell[] */
+    float all;                   /* 0: it faces none */
+};
+void lum_portals_see(const struct lum_portals *o, struct lum_vec3 p, struct lum_vec3 n, struct lum_portals_seen *ret);
+/* Draws a point of a cell in proportion to that, evenly over the cell: a unit direction from p to it, and where it goes
+ * in. False: none. */
+bool lum_portals_aim(const struct lum_portals *o, const struct lum_portals_seen *seen, struct lum_vec3 p,
+                     struct lum_vec2 u, struct lum_vec3 *ret_d, struct lum_portal_hit *ret_hit);
+/* The chance of a cell; and over solid angle the density of direction d, unit: 0 where it goes in by no open cell. */
+float lum_portals_chance(const struct lum_portals *o, const struct lum_portals_seen *seen, uint32_t cell);
+float lum_portals_aim_pdf(const struct lum_portals *o, const struct lum_portals_seen *seen, struct lum_vec3 p,
+                          struct lum_vec3 d);
+bool lum_portals_inside(const struct lum_portals *o, struct lum_vec3 p);
 /* Opens a cell, if it is shut. False: there is no more room. lum_portals_sort ends it. */
 bool lum_portals_open(struct lum_portals *o, uint32_t cell);
 void lum_portals_sort(struct lum_portals *o);

@@ -38,8 +38,8 @@ _Static_assert(LUM_VPL_TRIES_MAX *PROBES <= LUM_RAY_BATCH, "the tries of a slot 
 #define RAYS_AROUND 4.0f
 
 struct cell {
-    uint32_t light, at; /* LUM_NO_OBJECT: free */
-    float n, n_met;     /* rays */
+    uint32_t light, at;           /* LUM_NO_OBJECT: free */
+    float n, n_met, n_met_inside; /* rays */
 };
 
 struct choice {
@@ -47,7 +47,9 @@ struct choice {
     const struct lum_vpl_plan *plan;
     const struct lum_snapshot *snapshot;
     const struct lum_known *known;
-    float *w;                      /* by candidate; 0: there is no VPL */
+    float *w;     /* by candidate; 0: there is no VPL */
+    float *worth; /* by candidate: first of its rays those that end inside; then of its flux what may get there. 0 where
+                   * there are no portals */
     float *priority;               /* by candidate */
     float *sorted;                 /* room for those of a run */
     struct lum_vpl_kept *kept;     /* by candidate: sums over its rays */
@@ -56,6 +58,11 @@ struct choice {
     struct cell *cells;
     uint32_t n_cells; /* a power of 2, at least twice as many as candidates */
 };
+
+static bool has_portals(const struct choice *choice)
+{
+    return choice->candidates->portals.n > 0;
+}
 
 static struct lum_vec3 normal_of(const struct choice *choice, uint32_t i)
 {
@@ -73,6 +80,10 @@ static void note(const struct choice *choice, uint32_t i, const struct lum_rays 
         lum_vpl_kept_add_miss(&choice->kept[i]);
         return;
     }
+    struct lum_vec3 o = {rays->ox[r], rays->oy[r], rays->oz[r]};
+    if (has_portals(choice) &&
+        lum_portals_inside(&choice->candidates->portals, lum_v3_mad(o, lum_rays_direction(rays, r), hits->t[r])))
+        choice->worth[i] += 1.0f;
     struct lum_vec3 n =
         lum_instance_normal(&choice->snapshot->instances[object], lum_v3(hits->ngx[r], hits->ngy[r], hits->ngz[r]));
     lum_vpl_kept_add(&choice->kept[i], choice->snapshot->lights.scene_radius, normal_of(choice, i),
@@ -112,17 +123,22 @@ static uint32_t index_in(float x, float lo, float side)
     return (uint32_t)lum_clamp((x - lo) / side, 0.0f, CELLS - 1);
 }
 
-#define PLACES (6u * CELLS * CELLS * CELLS)
+/* Twice: of the portals' box, and of all that is outside. Where a house stands on acres the scene's own cells are as
+ * high as a room, and what few rays meet on a roof would be taken to be what they meet on the floors below. */
+#define PLACES (2u * 6u * CELLS * CELLS * CELLS)
 
 static uint32_t place_of(const struct choice *choice, uint32_t i)
 {
     const struct lum_vpl_set *c = choice->candidates;
-    const struct lum_vec3 lo = choice->snapshot->bounds_lo, size = lum_v3_sub(choice->snapshot->bounds_hi, lo);
+    const struct lum_vec3 p = {c->px[i], c->py[i], c->pz[i]};
+    const bool inside = has_portals(choice) && lum_portals_inside(&c->portals, p);
+    const struct lum_vec3 lo = inside ? c->portals.lo : choice->snapshot->bounds_lo;
+    const struct lum_vec3 size = lum_v3_sub(inside ? c->portals.hi : choice->snapshot->bounds_hi, lo);
     float side = lum_max(lum_max(size.x, lum_max(size.y, size.z)) / CELLS, LUM_RAY_OFFSET);
     float x = fabsf(c->nx[i]), y = fabsf(c->ny[i]), z = fabsf(c->nz[i]);
     uint32_t face = x >= y && x >= z ? c->nx[i] < 0.0f : y >= z ? 2u + (c->ny[i] < 0.0f) : 4u + (c->nz[i] < 0.0f);
-    uint32_t at = face * CELLS + index_in(c->pz[i], lo.z, side);
-    return (at * CELLS + index_in(c->py[i], lo.y, side)) * CELLS + index_in(c->px[i], lo.x, side);
+    uint32_t at = (inside ? 6u + face : face) * CELLS + index_in(p.z, lo.z, side);
+    return (at * CELLS + index_in(p.y, lo.y, side)) * CELLS + index_in(p.x, lo.x, side);
 }
 
 static struct cell *cell_of(const struct choice *choice, uint32_t i)
@@ -138,6 +154,29 @@ static struct cell *cell_of(const struct choice *choice, uint32_t i)
     return &choice->cells[k];
 }
 
+static float with_those_around(float n_met, float n, float own)
+{
+    return (RAYS_AROUND * n_met / n + own) / (RAYS_AROUND + PROBES);
+}
+
+/* Of what a VPL outside sends out, the part that goes in by the portals, were nothing in the way: its form factor with
+ * them. */
+static float part_by_portals(const struct choice *choice, struct lum_vec3 p, struct lum_vec3 n)
+{
+    struct lum_portals_seen seen;
+    lum_portals_see(&choice->candidates->portals, p, n, &seen);
+    return lum_min(seen.all * LUM_INV_PI, 1.0f);
+}
+
+/* Roofs and outer walls may be in the box, but little goes on from there to what is inside. */
+static float part_inside(const struct choice *choice, const struct cell *cell, uint32_t i)
+{
+    const struct lum_vpl_set *c = choice->candidates;
+    struct lum_vec3 p = {c->px[i], c->py[i], c->pz[i]};
+    return lum_portals_inside(&c->portals, p) ? with_those_around(cell->n_met_inside, cell->n, choice->worth[i])
+                                              : part_by_portals(choice, p, normal_of(choice, i));
+}
+
 /* From rays that meet something to weights. */
 static void weigh(const struct choice *choice)
 {
@@ -147,13 +186,15 @@ static void weigh(const struct choice *choice)
             struct cell *cell = cell_of(choice, i);
             cell->n += PROBES;
             cell->n_met += choice->w[i];
+            cell->n_met_inside += choice->worth[i];
             lum_vpl_kept_add_all(&choice->around[place_of(choice, i)], &choice->kept[i]);
         }
     for (uint32_t i = 0; i < c->n; i++)
         if (c->light[i] != LUM_NO_OBJECT) {
             const struct cell *cell = cell_of(choice, i);
-            float met = (RAYS_AROUND * cell->n_met / cell->n + choice->w[i]) / (RAYS_AROUND + PROBES);
-            choice->w[i] = LEAST + (1.0f - LEAST) * met;
+            choice->w[i] = LEAST + (1.0f - LEAST) * with_those_around(cell->n_met, cell->n, choice->w[i]);
+            if (has_portals(choice))
+                choice->worth[i] = c->importance[i] * part_inside(choice, cell, i);
         }
 }
 
@@ -213,6 +254,24 @@ static uint32_t find_free(const struct lum_vpl_set *set, const struct run *run, 
     return run->first + at;
 }
 
+/* Where there are portals half of the choice goes by what tries bring inside: those of the ground before a window have
+ * hundreds of times the flux of those that were aimed at it, and few of them are as near. */
+static void weigh_by_worth(struct choice *choice, const struct run *run)
+{
+    double worth = 0.0, w = 0.0;
+    const uint32_t end = run->first + run->n, n_tries = run->tries * choice->plan->n;
+    for (uint32_t slot = run->first; slot < end; slot++)
+        for (uint32_t i = slot; i < n_tries; i += choice->plan->n) {
+            worth += (double)choice->worth[i];
+            w += (double)choice->w[i];
+        }
+    if (!(worth > 0.0))
+        return;
+    for (uint32_t slot = run->first; slot < end; slot++)
+        for (uint32_t i = slot; i < n_tries; i += choice->plan->n)
+            choice->w[i] = 0.5f * choice->w[i] + 0.5f * choice->worth[i] * (float)(w / worth);
+}
+
 /* inout_step: of the light's runs before, and then of this one. A VPL counts no less than those of runs before: else
  * many would be made of the few paths that go on, and asked as often as others, for little. */
 static void fill(struct lum_vpl_set *set, const struct choice *choice, const struct run *run, float *inout_step)
@@ -248,7 +307,7 @@ static enum lum_status begin(struct choice *choice, struct lum_error *err)
     uint32_t n = choice->candidates->n;
     for (choice->n_cells = 1; choice->n_cells < 2 * n;)
         choice->n_cells *= 2;
-    choice->w = lum_calloc(3 * (size_t)n, sizeof *choice->w);
+    choice->w = lum_calloc(4 * (size_t)n, sizeof *choice->w);
     choice->cells = lum_calloc(choice->n_cells, sizeof *choice->cells);
     choice->kept = lum_calloc(n + PLACES, sizeof *choice->kept);
     if (!choice->w || !choice->cells || !choice->kept)
@@ -256,6 +315,7 @@ static enum lum_status begin(struct choice *choice, struct lum_error *err)
     choice->around = choice->kept + n;
     choice->priority = choice->w + n;
     choice->sorted = choice->priority + n;
+    choice->worth = choice->sorted + n;
     for (uint32_t i = 0; i < choice->n_cells; i++)
         choice->cells[i].light = LUM_NO_OBJECT;
     return LUM_OK;
@@ -277,6 +337,8 @@ enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set
         for (uint32_t level = 0; level < plan->n_levels; level++) {
             struct run run = {.tries = plan->shares[share].tries};
             run.n = lum_vpl_plan_run(plan, share, level, &run.first);
+            if (run.n > 0 && has_portals(&choice))
+                weigh_by_worth(&choice, &run);
             if (run.n > 0)
                 fill(set, &choice, &run, &step);
         }

@@ -1,11 +1,12 @@
 /* Finds the openings by which light from afar comes into rooms.
  *
- * Lines drawn evenly through the scene cross surfaces, as often as these are large. The side of one is inside when ray
- * after ray from it, by the cosine, meets something. From those that are inside many rays go out: where they end tells
- * how far the rooms go, which is the box, and those that meet nothing leave it through the openings, as often as
- * diffuse light would; light goes both ways, so that an opening is found the sooner the more of an even sky comes in by
- * it. Where one of those rays leaves the box, the opening is followed to its edges: the side that sees a cell open
- * looks through those beside it.
+ * Lines drawn evenly through the scene cross surfaces, as often as these are large; where a house stands on a site of
+ * acres few cross it, and so points of objects, each as likely as another, are asked as well. The side of a surface is
+ * inside when ray after ray from it, by the cosine, meets something. From those that are inside many rays go out: where
+ * they end tells how far the rooms go, which is the box, and those that meet nothing leave it through the openings, as
+ * often as diffuse light would; light goes both ways, so that an opening is found the sooner the more of an even sky
+ * comes in by it. Where one of those rays leaves the box, the opening is followed to its edges: the side that sees a
+ * cell open looks through those beside it.
  *
  * This depends on geometry and panes alone. The box is rounded to a grid, cells are taken whole or not at all, and rays
  * start from the numbers of crossings: what moves elsewhere changes no cell, as a rule, and so no VPL and no record. */
@@ -21,7 +22,7 @@
 
 /* Lines through the scene, crossings of each, and rays that a side has to meet something by to be inside: of a wall
  * that faces the ground and the sky half do, and one in 256 such sides is taken for one inside. */
-enum { LINES = 1024, CROSSINGS = 8, ROUNDS = 8, SIDES = LINES * CROSSINGS };
+enum { LINES = 1024, CROSSINGS = 8, ROUNDS = 8, POINTS = 512, SIDES = LINES * CROSSINGS + POINTS };
 /* Sides that are asked, in the first round and later; and rays from those that are inside, all together. With twice as
  * many of each, pictures are no better, for openings are followed to their edges. */
 enum { ASKED_FIRST = 4096, ASKED = 512, RAYS_INSIDE = 4096 };
@@ -33,6 +34,10 @@ _Static_assert(ASKED_FIRST <= RAYS_INSIDE && RAYS_INSIDE >= 8 * ASKED,
 /* With fewer sides inside, or rays through the portals, there is nothing to say. */
 #define INSIDE_LEAST 8u
 #define ESCAPED_LEAST 8u
+/* With fewer of these it is looked again, so often in all: of four rooms with a window of 2 m2 each 15 rays get out in
+ * a round. */
+#define ESCAPED_MANY 64u
+#define ROUNDS_OUT 4u
 /* So often a cell beside an open one is looked through before it stays shut. */
 #define LOOKS 2u
 /* The box leaves out so many of where rays end, at each end: some go out and end there. */
@@ -70,12 +75,14 @@ struct way_out {
 struct search {
     const struct lum_vpl_request *rq;
     uint32_t n_crossed, n_sides, n_lines, n_out;
+    uint32_t n_traced;                        /* lines before the ones that are being traced */
     struct side crossed[SIDES], sides[SIDES]; /* all, and those of them that are inside */
-    struct line lines[RAYS_INSIDE];
+    bool sees_out[ASKED_FIRST];               /* by side */
+    struct line lines[ROUNDS_OUT * RAYS_INSIDE];
     struct way_out out[RAYS_INSIDE];
     struct look looks[RAYS_INSIDE], seen[RAYS_INSIDE]; /* of lines, while there are cells; and of those before them */
     uint8_t looked[6u * LUM_PORTALS_SIDE * LUM_PORTALS_SIDE]; /* by cell: how often, yet */
-    float room[RAYS_INSIDE];
+    float room[ROUNDS_OUT * RAYS_INSIDE];
 };
 
 /* ---- lines through the scene ---- */
@@ -139,10 +146,47 @@ static void cross_batch(void *ctx, uint32_t job, struct lum_counters *counters)
     }
 }
 
+/* A point of an object, of a triangle that is as likely as its others. */
+static struct side side_of(const struct lum_instance *instance, struct lum_vec2 u, float of_triangles)
+{
+    const struct lum_mesh *mesh = instance->mesh;
+    struct side side = {0};
+    if (mesh->n_triangles == 0)
+        return side;
+    uint32_t t = (uint32_t)lum_min(of_triangles * (float)mesh->n_triangles, (float)(mesh->n_triangles - 1));
+    const uint32_t *tri = mesh->indices + 3 * (size_t)t;
+    struct lum_vec2 b = lum_warp_triangle(u);
+    struct lum_vec3 v[3];
+    for (int k = 0; k < 3; k++) {
+        const float *q = mesh->positions + 3 * (size_t)tri[k];
+        v[k] = lum_v3(q[0], q[1], q[2]);
+    }
+    if (tri[1] > tri[2]) /* the same point whichever way it is wound */
+        b = (struct lum_vec2){b.y, b.x};
+    struct lum_vec3 e1 = lum_v3_sub(v[1], v[0]), e2 = lum_v3_sub(v[2], v[0]);
+    side.p = lum_affine_point(&instance->local_to_scene, lum_v3_mad(lum_v3_mad(v[0], e1, b.x), e2, b.y));
+    side.n = lum_instance_normal(instance, lum_cross(e1, e2));
+    return side;
+}
+
+static void pick_points(struct search *search)
+{
+    const struct lum_snapshot *s = search->rq->snapshot;
+    for (uint32_t k = 0; k < POINTS && s->n_instances > 0; k++) {
+        uint32_t number = LINES * CROSSINGS + k;
+        struct lum_sampler sampler = lum_sampler_at(number, 2, 0, search->rq->seed);
+        struct lum_vec2 u = lum_sampler_2d(&sampler, 0), of = lum_sampler_2d(&sampler, 1);
+        uint32_t i = (uint32_t)(((float)k + of.x) * (float)s->n_instances / (float)POINTS);
+        if (i < s->n_instances)
+            search->crossed[number] = side_of(&s->instances[i], u, of.y);
+    }
+}
+
 static enum lum_status find_sides(struct search *search, struct lum_error *err)
 {
     enum lum_status status =
         lum_vpl_run(search->rq, (LINES + LUM_RAY_BATCH - 1) / LUM_RAY_BATCH, cross_batch, search, err);
+    pick_points(search);
     for (uint32_t i = 0; i < SIDES; i++)
         if (lum_dot(search->crossed[i].n, search->crossed[i].n) > 0.5f && lum_v3_finite(search->crossed[i].p)) {
             search->crossed[search->n_crossed] = search->crossed[i];
@@ -185,8 +229,9 @@ static void trace_lines(void *ctx, uint32_t job, struct lum_counters *counters)
 {
     struct search *search = ctx;
     struct lum_trace trace = lum_trace_of(search->rq->snapshot, counters);
-    struct line *lines = search->lines + job * LUM_RAY_BATCH;
-    uint32_t left = search->n_lines - job * LUM_RAY_BATCH, n = left < LUM_RAY_BATCH ? left : LUM_RAY_BATCH;
+    const uint32_t first = search->n_traced + job * LUM_RAY_BATCH;
+    struct line *lines = search->lines + first;
+    uint32_t left = search->n_lines - first, n = left < LUM_RAY_BATCH ? left : LUM_RAY_BATCH;
     struct lum_rays rays;
     struct lum_hits hits;
     rays.n = 0;
@@ -199,9 +244,11 @@ static void trace_lines(void *ctx, uint32_t job, struct lum_counters *counters)
         look_through_panes(search->rq->snapshot, &rays, &hits, lines, counters);
 }
 
-static enum lum_status trace_all(struct search *search, struct lum_error *err)
+static enum lum_status trace_from(struct search *search, uint32_t first, struct lum_error *err)
 {
-    return lum_vpl_run(search->rq, (search->n_lines + LUM_RAY_BATCH - 1) / LUM_RAY_BATCH, trace_lines, search, err);
+    uint32_t n = search->n_lines - first;
+    search->n_traced = first;
+    return lum_vpl_run(search->rq, (n + LUM_RAY_BATCH - 1) / LUM_RAY_BATCH, trace_lines, search, err);
 }
 
 static struct line line_from(const struct side *side, uint32_t number, uint32_t seed)
@@ -239,7 +286,7 @@ static enum lum_status find_inside(struct search *search, float way, struct lum_
         search->n_lines = search->n_sides;
         for (uint32_t i = 0; i < search->n_sides; i++)
             search->lines[i] = line_from(&search->sides[i], round, search->rq->seed);
-        status = trace_all(search, err);
+        status = trace_from(search, 0, err);
         for (uint32_t i = 0; i < search->n_sides; i++)
             if (isfinite(search->lines[i].t))
                 search->sides[n++] = search->sides[i];
@@ -248,27 +295,44 @@ static enum lum_status find_inside(struct search *search, float way, struct lum_
     return status;
 }
 
-/* Rays from all that are inside. Those from one that is not, after all, do not count, nor those from one that sees no
- * way out: it may be within a wall. */
+/* Adds the ways out of rays that are there, `each` from each side in each round. Those from a side that is not inside,
+ * after all, do not count, nor those from one that sees no way out: it may be within a wall. */
+static void find_ways_out(struct search *search, uint32_t each)
+{
+    const uint32_t of_round = each * search->n_sides, n_rounds = search->n_lines / of_round, n = each * n_rounds;
+    search->n_out = 0;
+    for (uint32_t i = 0; i < search->n_sides; i++) {
+        uint32_t met = 0;
+        for (uint32_t k = 0; k < n; k++)
+            met += isfinite(search->lines[k / each * of_round + i * each + k % each].t);
+        search->sees_out[i] = met < n && (float)met >= MET_INSIDE * (float)n;
+        for (uint32_t k = 0; k < n && search->sees_out[i]; k++) {
+            struct line line = search->lines[k / each * of_round + i * each + k % each];
+            if (!isfinite(line.t) && search->n_out < RAYS_INSIDE)
+                search->out[search->n_out++] = (struct way_out){line, i};
+        }
+    }
+}
+
+/* Rays from all that are inside; again, until of several rooms each has some ways out. */
 static enum lum_status look_out(struct search *search, struct lum_error *err)
 {
-    uint32_t each = RAYS_INSIDE / search->n_sides;
-    search->n_lines = each * search->n_sides;
-    for (uint32_t i = 0; i < search->n_lines; i++)
-        search->lines[i] = line_from(&search->sides[i / each], ROUNDS + i % each, search->rq->seed);
-    enum lum_status status = trace_all(search, err);
-    for (uint32_t i = 0; i < search->n_sides; i++) {
-        struct line *of = search->lines + i * each;
-        uint32_t met = 0;
-        for (uint32_t k = 0; k < each; k++)
-            met += isfinite(of[k].t);
-        bool counts = met < each && (float)met >= MET_INSIDE * (float)each;
-        for (uint32_t k = 0; k < each; k++)
-            if (!counts)
-                of[k].t = 0.0f;
-            else if (!isfinite(of[k].t))
-                search->out[search->n_out++] = (struct way_out){of[k], i};
+    const uint32_t each = RAYS_INSIDE / search->n_sides, n = each * search->n_sides;
+    enum lum_status status = LUM_OK;
+    search->n_lines = search->n_out = 0;
+    for (uint32_t round = 0; round < ROUNDS_OUT && status == LUM_OK; round++) {
+        if (search->n_out >= ESCAPED_MANY || search->n_out * ROUNDS_OUT < round * ESCAPED_LEAST)
+            break; /* enough; or there would not be, in the end */
+        for (uint32_t i = 0; i < n; i++)
+            search->lines[search->n_lines + i] =
+                line_from(&search->sides[i / each], ROUNDS + round * each + i % each, search->rq->seed);
+        search->n_lines += n;
+        status = trace_from(search, search->n_lines - n, err);
+        find_ways_out(search, each);
     }
+    for (uint32_t i = 0; i < search->n_lines; i++)
+        if (!search->sees_out[i % n / each])
+            search->lines[i].t = 0.0f;
     return status;
 }
 
@@ -375,7 +439,7 @@ static bool follow(struct search *search, struct lum_portals *o, uint32_t n, enu
                 if (lum_portals_beside(o, search->seen[k].cell, i % 3 - 1, i / 3 - 1, &beside.cell))
                     look_through(search, o, beside);
             }
-        *inout_status = trace_all(search, err);
+        *inout_status = trace_from(search, 0, err);
         n = 0;
         for (uint32_t k = 0; k < search->n_lines; k++)
             if (!isfinite(search->lines[k].t)) {

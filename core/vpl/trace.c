@@ -12,7 +12,7 @@
 #include "core/scene/surface.h"
 #include "core/trace/rays.h"
 #include "core/trace/stale.h"
-#include "core/vpl/share.h"
+#include "core/vpl/walk.h"
 
 /* Segments of a path between mirrors and glass, beyond those that end at a VPL; as deep as the eye's own branches. */
 #define SPECULAR_MAX 10u
@@ -21,33 +21,6 @@
  * first: what white rooms keep is not to hang on VPLs that are hardly ever drawn. */
 #define ALBEDO_GUESS 0.7f
 #define IMPORTANCE_FLOOR 0.02f
-
-/* Sampler pairs: the light's two, then two for each segment. */
-enum { PAIR_POSITION = 0, PAIR_DIRECTION = 1, PAIR_BSDF = 2, PAIR_LOBE = 3, PAIRS_PER_SEGMENT = 2 };
-
-struct path {
-    struct lum_rgb flux;    /* as if the light had this one path only; per unit of power */
-    float importance;       /* of its first VPL: its part of the flux of all, about; it depends on no colour */
-    float left;             /* of that, as if all surfaces were alike */
-    uint32_t share, number; /* whose, and which of its paths */
-    uint32_t bounce, last;  /* VPLs left so far; bounce after which nobody needs the path */
-    uint32_t n_segments;
-    bool found; /* by paths from the eye, too: it began at a lamp with an extent, or met what spreads light */
-    struct lum_sampler sampler;
-};
-
-/* A batch of paths, densely packed: path i has ray i. Lives on a worker's stack. */
-struct walk {
-    const struct lum_snapshot *snapshot;
-    const struct lum_known *known;
-    const struct lum_vpl_plan *plan;
-    struct lum_vpl_set *set;
-    struct lum_counters *counters;
-    bool media; /* there are some, and they count */
-    struct lum_rays rays;
-    struct lum_hits hits;
-    struct path path[LUM_RAY_BATCH];
-};
 
 /* Lobes are at least this wide (alpha): a sharper one would show as a highlight of each of them. */
 #define LOBE_LEAST 0.3f
@@ -68,8 +41,8 @@ static void set_lobe(struct lum_vpl_set *set, uint32_t slot, struct lum_gloss_lo
 }
 
 /* n: to the side that it shines on. */
-static bool leave_vpl(struct walk *w, const struct path *path, const struct lum_surface *s, struct lum_vec3 n,
-                      struct lum_rgb albedo, uint32_t *ret_slot)
+static bool leave_vpl(struct lum_vpl_walk *w, const struct lum_vpl_path *path, const struct lum_surface *s,
+                      struct lum_vec3 n, struct lum_rgb albedo, uint32_t *ret_slot)
 {
     float weight;
     uint32_t slot = lum_vpl_plan_slot(w->plan, path->share, path->number, path->bounce, &weight);
@@ -96,7 +69,7 @@ static bool leave_vpl(struct walk *w, const struct path *path, const struct lum_
 
 /* What of the lobes is left out. Light that comes straight from a lamp goes on by gloss all the same: as in path, where
  * that is direct light, and the effect glossy is what is seen by way of gloss. */
-static uint32_t off_for(const struct walk *w, const struct path *path)
+static uint32_t off_for(const struct lum_vpl_walk *w, const struct lum_vpl_path *path)
 {
     return path->n_segments > 0 ? w->set->lobes_off : w->set->lobes_off & ~LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY);
 }
@@ -137,8 +110,8 @@ static bool is_of_mirror(const struct lum_bsdf *b, struct lum_vec3 wo, enum lum_
  * straight on is no VPL's: rays of visibility go through panes, and frosted ones have their own; nor is what stays in a
  * solid. Nor what a lamp without extent sends straight to mirrors: no path of the reference finds that (caustic.h).
  * False: nobody needs the path any more. */
-static bool leave_beam(struct walk *w, struct path *path, const struct lum_bsdf *b, const struct lum_surface *s,
-                       struct lum_vec3 wo, const struct lum_bsdf_sample *bs)
+static bool leave_beam(struct lum_vpl_walk *w, struct lum_vpl_path *path, const struct lum_bsdf *b,
+                       const struct lum_surface *s, struct lum_vec3 wo, const struct lum_bsdf_sample *bs)
 {
     bool across = bs->lobe == LUM_LOBE_TRANSMIT || bs->lobe == LUM_LOBE_GLOSSY_TRANSMIT;
     if (!w->set->gloss || (across ? b->straight || b->thin : !is_of_mirror(b, wo, bs->lobe)))
@@ -154,20 +127,61 @@ static bool leave_beam(struct walk *w, struct path *path, const struct lum_bsdf 
     return path->bounce++ != path->last;
 }
 
+/* Half of what surfaces outside send on is aimed at portals, where any face them: of what lies on the ground before a
+ * window one path in dozens would come in by it, to light the ceiling for all of them. Rays by both ways weigh by both.
+ * Mirrors and glass go their own way, and sheets. Of the lobe the second number says which way; the first picks the
+ * lobe. False: nothing goes on. */
+#define AIMED 0.5f
+
+static bool may_aim(const struct lum_vpl_walk *w, const struct lum_bsdf *b, const struct lum_surface *s,
+                    struct lum_vec3 wo, struct lum_portals_seen *ret_seen)
+{
+    struct lum_bsdf_sample delta[2];
+    if (w->set->portals.n == 0 || b->glass > 0.0f || b->far_prob > 0.0f || lum_portals_inside(&w->set->portals, s->p) ||
+        lum_bsdf_delta_lobes(b, wo, delta) > 0)
+        return false;
+    lum_portals_see(&w->set->portals, s->p, b->ng, ret_seen);
+    return ret_seen->all > 0.0f;
+}
+
+static bool scatter_aimed(const struct lum_vpl_walk *w, struct lum_vpl_path *path, const struct lum_bsdf *b,
+                          const struct lum_surface *s, struct lum_vec3 wo, const struct lum_portals_seen *seen,
+                          struct lum_vec2 u, struct lum_vec2 lobe, struct lum_bsdf_sample *ret)
+{
+    const struct lum_portals *o = &w->set->portals;
+    struct lum_portal_hit hit;
+    if (lobe.y < AIMED ? !lum_portals_aim(o, seen, s->p, u, &ret->wi, &hit) : !lum_bsdf_sample(b, wo, u, lobe.x, ret))
+        return false;
+    float pdf_aimed = lum_portals_aim_pdf(o, seen, s->p, ret->wi);
+    bool gloss = !(off_for(w, path) & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY));
+    struct lum_bsdf_value f = lum_bsdf_eval_parts(b, wo, ret->wi);
+    float pdf_sa = AIMED * pdf_aimed + (1.0f - AIMED) * f.pdf_sa;
+    float even = lum_max(lum_dot(ret->wi, b->ng), 0.0f) * LUM_INV_PI / pdf_sa;
+    if (!(even > 0.0f) || !isfinite(even))
+        return false;
+    ret->pdf_sa = pdf_sa;
+    ret->lobe = LUM_LOBE_DIFFUSE;
+    ret->weight = lum_rgb_scale(gloss ? lum_rgb_add(f.diffuse, f.gloss) : f.diffuse, 1.0f / pdf_sa);
+    path->importance *= even;
+    return true;
+}
+
 /* Sends the path on; it is appended to the batch. */
-static void scatter(struct walk *w, struct path path, const struct lum_bsdf *b, const struct lum_surface *s,
-                    struct lum_vec3 wo)
+static void scatter(struct lum_vpl_walk *w, struct lum_vpl_path path, const struct lum_bsdf *b,
+                    const struct lum_surface *s, struct lum_vec3 wo)
 {
     uint32_t pair = path.n_segments * PAIRS_PER_SEGMENT;
     struct lum_vec2 lobe = {0.5f, 0.5f};
-    if (b->diffuse_prob < 1.0f || b->far_prob > 0.0f) /* there is something to choose */
+    struct lum_portals_seen seen;
+    bool aims = may_aim(w, b, s, wo, &seen);
+    if (aims || b->diffuse_prob < 1.0f || b->far_prob > 0.0f) /* there is something to choose */
         lobe = lum_sampler_2d(&path.sampler, PAIR_LOBE + pair);
     struct lum_bsdf_sample bs;
-    if (!lum_bsdf_sample(b, wo, lum_sampler_2d(&path.sampler, PAIR_BSDF + pair), lobe.x, &bs))
+    struct lum_vec2 u = lum_sampler_2d(&path.sampler, PAIR_BSDF + pair);
+    if (aims ? !scatter_aimed(w, &path, b, s, wo, &seen, u, lobe, &bs)
+             : !lum_bsdf_sample(b, wo, u, lobe.x, &bs) || !goes_on(off_for(w, &path), b, wo, &bs))
         return;
     bool transmitted = bs.lobe == LUM_LOBE_TRANSMIT || bs.lobe == LUM_LOBE_GLOSSY_TRANSMIT;
-    if (!goes_on(off_for(w, &path), b, wo, &bs))
-        return;
     float eta2 = transmitted && !b->thin && !b->straight ? b->eta * b->eta : 1.0f; /* is in radiance, and not in flux */
     path.flux = lum_rgb_scale(lum_rgb_mul(path.flux, bs.weight), 1.0f / eta2);
     if (lum_rgb_black(path.flux) || path.n_segments > path.last + SPECULAR_MAX)
@@ -186,7 +200,7 @@ struct sent {
     struct lum_rgb even, gloss;
 };
 
-static struct sent sent_back(const struct walk *w, const struct path *path, const struct lum_bsdf *b,
+static struct sent sent_back(const struct lum_vpl_walk *w, const struct lum_vpl_path *path, const struct lum_bsdf *b,
                              struct lum_vec3 wo)
 {
     struct sent sent = {0};
@@ -201,7 +215,7 @@ static struct sent sent_back(const struct walk *w, const struct path *path, cons
 }
 
 /* Sheets, and, where there are lobes, thin rough glass. */
-static struct sent sent_through(const struct walk *w, const struct lum_bsdf *b, struct lum_vec3 wo)
+static struct sent sent_through(const struct lum_vpl_walk *w, const struct lum_bsdf *b, struct lum_vec3 wo)
 {
     struct sent sent = {0};
     if (w->set->lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION))
@@ -217,8 +231,8 @@ static struct sent sent_through(const struct walk *w, const struct lum_bsdf *b, 
 
 /* A slot holds one VPL: the one on this side or the one on the far side, in proportion to their luminance. False: there
  * is none. */
-static bool leave_one(struct walk *w, const struct path *path, const struct lum_surface *s, const struct lum_bsdf *b,
-                      struct lum_vec3 wo)
+static bool leave_one(struct lum_vpl_walk *w, const struct lum_vpl_path *path, const struct lum_surface *s,
+                      const struct lum_bsdf *b, struct lum_vec3 wo)
 {
     struct sent back = sent_back(w, path, b, wo), through = sent_through(w, b, wo);
     struct lum_rgb up = lum_rgb_add(back.even, back.gloss), down = lum_rgb_add(through.even, through.gloss);
@@ -244,16 +258,25 @@ static bool leave_one(struct walk *w, const struct path *path, const struct lum_
 }
 
 /* Ray i of the batch came back. What escapes, or meets an emitter's shape or an unlit surface, is gone. */
-static void visit(struct walk *w, uint32_t i)
+static void visit(struct lum_vpl_walk *w, uint32_t i)
 {
     if (w->hits.object[i] == LUM_NO_OBJECT)
         return;
-    struct path path = w->path[i];
+    struct lum_vpl_path path = w->path[i];
     struct lum_vec3 d = lum_rays_direction(&w->rays, i), wo = lum_v3_neg(d);
+    if (path.looks_out) {
+        lum_vpl_send_light(w, path, i, d);
+        return;
+    }
+    if (path.reaches > 0.0f && w->hits.t[i] < path.reaches - LUM_VPL_SAME_PLACE) /* something is in the way */
+        return;
     struct lum_surface s;
     lum_snapshot_surface(w->snapshot, &w->hits, i, d, &s);
     if (s.instance == LUM_NO_OBJECT || w->snapshot->materials[s.material].unlit)
         return;
+    if (path.density > 0.0f && path.n_segments == 0 && path.reaches == 0.0f && w->set->portals.n > 0)
+        lum_vpl_weigh_by_looks(w, &path, &s, d);
+    path.reaches = 0.0f;
     const struct lum_material *m = &w->snapshot->materials[s.material];
     if (w->media) {
         bool from_afar = path.n_segments == 0 && lum_light_is_from_afar(&w->snapshot->lights.lights[path.share]);
@@ -274,37 +297,26 @@ static void visit(struct walk *w, uint32_t i)
     scatter(w, path, &b, &s, wo);
 }
 
-/* A light is as important as it has paths: half by its flux when it was first seen, half alike, so that those that were
- * dim then are still asked for when they are all that is left. By powers of 2: what moves elsewhere, and changes the
- * shares a little, leaves importance as it is. */
-static float importance_of(const struct walk *w, uint32_t light, const struct lum_light_ray *shot)
-{
-    const struct lum_snapshot *s = w->snapshot;
-    const struct lum_vpl_share *share = &w->plan->shares[light];
-    double flux_unit = lum_light_flux_unit(&s->lights.lights[light], s->bounds_lo, s->bounds_hi);
-    return (float)(exp2(round(log2(share->upto - share->below))) * (double)lum_luminance(shot->flux_unit) / flux_unit);
-}
-
 /* Path number `index` of all leaves its light. */
-static void start(struct walk *w, uint32_t index)
+static void start(struct lum_vpl_walk *w, uint32_t index)
 {
-    struct path path = {0};
+    struct lum_vpl_path path = {0};
     uint32_t salt;
     lum_vpl_plan_path(w->plan, index, &path.share, &path.number, &path.last, &salt);
     path.sampler = lum_sampler_at(salt, 0, path.number, w->plan->seed);
     struct lum_light_ray shot;
-    if (!lum_light_emit(w->snapshot, path.share, &w->set->portals, lum_sampler_2d(&path.sampler, PAIR_POSITION),
-                        lum_sampler_2d(&path.sampler, PAIR_DIRECTION), &shot))
+    struct lum_vec2 u = lum_sampler_2d(&path.sampler, PAIR_POSITION);
+    if (lum_vpl_look_out(w, &path, &u))
         return;
-    path.flux = shot.flux_unit;
-    path.left = 1.0f;
-    path.found = !w->snapshot->lights.lights[path.share].delta;
-    path.importance = importance_of(w, path.share, &shot);
+    if (!lum_light_emit(w->snapshot, path.share, &w->set->portals, u, lum_sampler_2d(&path.sampler, PAIR_DIRECTION),
+                        &shot))
+        return;
+    lum_vpl_set_off(w, &path, &shot);
     w->path[w->rays.n] = path;
     lum_rays_push(&w->rays, shot.o, shot.d, INFINITY);
 }
 
-static void walk_batch(struct walk *w, uint32_t first, uint32_t n)
+static void walk_batch(struct lum_vpl_walk *w, uint32_t first, uint32_t n)
 {
     w->rays.n = 0;
     for (uint32_t i = 0; i < n; i++)
@@ -370,7 +382,7 @@ struct emission {
 static void emit_batch(void *ctx, uint32_t batch, struct lum_counters *counters)
 {
     const struct emission *emission = ctx;
-    struct walk w;
+    struct lum_vpl_walk w;
     w.snapshot = emission->request->snapshot;
     w.known = &emission->request->known;
     w.plan = emission->plan;

@@ -16,8 +16,8 @@
  * its geometry term bounded as struct lum_bound (gather.h) says.
  *
  * On request there are several paths for each slot to choose from, so that few are spent on what nobody sees
- * (choose.c), and light from afar is aimed at portals (portals.c); and the direct light of an even sky is in the set
- * too, as n_sky VPLs behind the others (sky.c). */
+ * (choose.c), and light from afar is aimed at portals (portals.c) and at what these see (walk.h); and the direct light
+ * of an even sky is in the set too, as n_sky VPLs behind the others (sky.c). */
 #ifndef LUM_CORE_VPL_VPL_H
 #define LUM_CORE_VPL_VPL_H
 
