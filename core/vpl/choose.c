@@ -1,7 +1,8 @@
 /* Which light paths become VPLs. In many scenes most of them are of no use to anybody: a sun's paths miss the windows
  * and end on the roof, or on nothing at all. So there are several tries for each slot, and of all tries that a light
  * has for a level those are chosen that are likely to light something: a try's weight w is the share of rays from it,
- * and from others of this light around it, that meet anything.
+ * and from others of this light around it, that meet anything; where there are portals half of it is what the try is
+ * likely to bring inside, by its flux.
  *
  * This is priority sampling (Duffield, Lund and Thorup 2007): each try has a number u of its own in (0, 1), and the n
  * with the largest w / u fill the slots. Given the step, which is the largest w / u of those that are left out, a try
@@ -269,7 +270,7 @@ static void weigh_by_worth(struct choice *choice, const struct run *run)
         return;
     for (uint32_t slot = run->first; slot < end; slot++)
         for (uint32_t i = slot; i < n_tries; i += choice->plan->n)
-            choice->w[i] = 0.5f * choice->w[i] + 0.5f * choice->worth[i] * (float)(w / worth);
+            choice->w[i] = (float)(0.5 * (double)choice->w[i] + 0.5 * (double)choice->worth[i] / worth * w);
 }
 
 /* inout_step: of the light's runs before, and then of this one. A VPL counts no less than those of runs before: else

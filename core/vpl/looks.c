@@ -56,6 +56,12 @@ static void count_for_both(struct lum_vpl_path *inout, float ratio)
     inout->importance /= 1.0f + ratio;
 }
 
+/* Whether a ray meets it is chance, and another's for a ray from elsewhere: it is no place that is seen. */
+static bool is_chance(const struct lum_material *m)
+{
+    return m->alpha_mode == LUM_ALPHA_BLEND;
+}
+
 bool lum_vpl_look_out(struct lum_vpl_walk *w, struct lum_vpl_path *inout, struct lum_vec2 *inout_u)
 {
     const struct lum_portals *o = &w->set->portals;
@@ -87,7 +93,10 @@ void lum_vpl_send_light(struct lum_vpl_walk *w, struct lum_vpl_path path, uint32
     path.by.distance = w->hits.t[i];
     if (w->hits.object[i] >= w->snapshot->n_instances || !(path.by.distance > 0.0f))
         return;
-    n = lum_instance_normal(&w->snapshot->instances[w->hits.object[i]], n);
+    const struct lum_instance *instance = &w->snapshot->instances[w->hits.object[i]];
+    n = lum_instance_normal(instance, n);
+    if (is_chance(&w->snapshot->materials[instance->material]))
+        return;
     if (!lum_light_emit_to(w->snapshot, path.share, &w->set->portals, y, lum_sampler_2d(&path.sampler, PAIR_SKY), &shot,
                            &pdf_sa))
         return;
@@ -112,7 +121,7 @@ void lum_vpl_weigh_by_looks(struct lum_vpl_walk *w, struct lum_vpl_path *inout, 
     struct lum_portal_hit x;
     struct lum_vec3 to_x;
     struct lum_portals_seen seen;
-    if (lum_portals_inside(o, s->p))
+    if (lum_portals_inside(o, s->p) || is_chance(&w->snapshot->materials[s->material]))
         return;
     lum_portals_see(o, s->p, s->ng, &seen); /* towards the light, and where it is not, portals do not count */
     if (!lum_portals_aim(o, &seen, s->p, lum_sampler_2d(&inout->sampler, PAIR_PORTAL), &to_x, &x))
@@ -121,11 +130,12 @@ void lum_vpl_weigh_by_looks(struct lum_vpl_walk *w, struct lum_vpl_path *inout, 
     float ratio = looks_over_others(w, inout, &seen, s->ng, d, to_x, &x, pdf_sa);
     if (!(ratio > 0.0f))
         return;
-    struct lum_rays rays = {.n = 0};
+    struct lum_rays rays;
     struct lum_hits hits;
     struct lum_trace trace = lum_trace_of(w->snapshot, w->counters);
+    rays.n = 0;
     lum_rays_push(&rays, lum_v3_mad(s->p, to_x, x.distance), lum_v3_neg(to_x), INFINITY);
     w->counters->rays[LUM_RAY_VPL] += lum_known_closest(w->known, &trace, &rays, &hits);
-    if (hits.object[0] != LUM_NO_OBJECT && hits.t[0] >= x.distance - LUM_VPL_SAME_PLACE)
+    if (hits.object[0] != LUM_NO_OBJECT && fabsf(hits.t[0] - x.distance) <= LUM_VPL_SAME_PLACE)
         count_for_both(inout, ratio);
 }

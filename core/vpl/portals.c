@@ -169,16 +169,25 @@ static struct side side_of(const struct lum_instance *instance, struct lum_vec2 
     return side;
 }
 
+/* As many of each object, or of some; a point's number hangs on its object's id alone, so that what comes or goes moves
+ * few. */
 static void pick_points(struct search *search)
 {
     const struct lum_snapshot *s = search->rq->snapshot;
-    for (uint32_t k = 0; k < POINTS && s->n_instances > 0; k++) {
-        uint32_t number = LINES * CROSSINGS + k;
-        struct lum_sampler sampler = lum_sampler_at(number, 2, 0, search->rq->seed);
-        struct lum_vec2 u = lum_sampler_2d(&sampler, 0), of = lum_sampler_2d(&sampler, 1);
-        uint32_t i = (uint32_t)(((float)k + of.x) * (float)s->n_instances / (float)POINTS);
-        if (i < s->n_instances)
-            search->crossed[number] = side_of(&s->instances[i], u, of.y);
+    uint32_t every = 1, each = 1, n = LINES * CROSSINGS;
+    while (s->n_instances / every > POINTS)
+        every *= 2;
+    while (2 * each * s->n_instances <= POINTS && s->n_instances > 0)
+        each *= 2;
+    for (uint32_t i = 0; i < s->n_instances; i++) {
+        uint32_t hash = lum_hash_u32((uint32_t)s->instances[i].hash);
+        for (uint32_t k = 0; k < each && hash % every == 0 && n < SIDES; k++) {
+            uint32_t number = lum_hash_combine(hash, k) | UINT32_C(1) << 31;
+            struct lum_sampler sampler = lum_sampler_at(number, 2, 0, search->rq->seed);
+            struct side side = side_of(&s->instances[i], lum_sampler_2d(&sampler, 0), lum_sampler_2d(&sampler, 1).x);
+            side.number = number;
+            search->crossed[n++] = side;
+        }
     }
 }
 
@@ -190,7 +199,9 @@ static enum lum_status find_sides(struct search *search, struct lum_error *err)
     for (uint32_t i = 0; i < SIDES; i++)
         if (lum_dot(search->crossed[i].n, search->crossed[i].n) > 0.5f && lum_v3_finite(search->crossed[i].p)) {
             search->crossed[search->n_crossed] = search->crossed[i];
-            search->crossed[search->n_crossed++].number = i;
+            if (i < LINES * CROSSINGS)
+                search->crossed[search->n_crossed].number = i;
+            search->n_crossed++;
         }
     return status;
 }

@@ -8,8 +8,9 @@
 #include "core/vpl/portals.h"
 #include "core/vpl/share.h"
 
-/* Rays that are kept for the next update, at most, in 9 MB: sets of `live` ask 20 to 60 thousand. */
-#define KNOWN_RAYS (1u << 17)
+/* Rays that are kept for the next update, at most, in 18 MB: sets of `live` ask 20 to 75 thousand. With twice as many
+ * as that all find room, whoever comes first. */
+#define KNOWN_RAYS (1u << 18)
 
 static uint32_t padded(uint32_t n)
 {

@@ -156,13 +156,14 @@ static bool scatter_aimed(const struct lum_vpl_walk *w, struct lum_vpl_path *pat
     bool gloss = !(off_for(w, path) & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY));
     struct lum_bsdf_value f = lum_bsdf_eval_parts(b, wo, ret->wi);
     float pdf_sa = AIMED * pdf_aimed + (1.0f - AIMED) * f.pdf_sa;
-    float even = lum_max(lum_dot(ret->wi, b->ng), 0.0f) * LUM_INV_PI / pdf_sa;
-    if (!(even > 0.0f) || !isfinite(even))
+    float even = lum_max(lum_dot(ret->wi, b->ng), 0.0f) * LUM_INV_PI;
+    if (!(even > 0.0f) || !(pdf_sa > 0.0f) || !isfinite(pdf_sa))
         return false;
     ret->pdf_sa = pdf_sa;
     ret->lobe = LUM_LOBE_DIFFUSE;
     ret->weight = lum_rgb_scale(gloss ? lum_rgb_add(f.diffuse, f.gloss) : f.diffuse, 1.0f / pdf_sa);
-    path->importance *= even;
+    path->importance *=
+        even / (AIMED * pdf_aimed + (1.0f - AIMED) * even); /* as of a surface without gloss: no colour */
     return true;
 }
 
@@ -268,7 +269,7 @@ static void visit(struct lum_vpl_walk *w, uint32_t i)
         lum_vpl_send_light(w, path, i, d);
         return;
     }
-    if (path.reaches > 0.0f && w->hits.t[i] < path.reaches - LUM_VPL_SAME_PLACE) /* something is in the way */
+    if (path.reaches > 0.0f && fabsf(w->hits.t[i] - path.reaches) > LUM_VPL_SAME_PLACE) /* something is in the way */
         return;
     struct lum_surface s;
     lum_snapshot_surface(w->snapshot, &w->hits, i, d, &s);

@@ -16,7 +16,7 @@
 struct lum_light_ray;
 struct lum_surface;
 
-/* What is met no nearer than this before what was seen is that. */
+/* What is met within this of what was seen is that. */
 #define LUM_VPL_SAME_PLACE (8.0f * LUM_RAY_OFFSET)
 
 /* Sampler pairs: the light's two, then two for each segment. */
