@@ -324,7 +324,8 @@ async function scripted(t, options, ...scripts) {
     await new Promise((ready) => server.once('listening', ready));
     t.after(() => server.close());
     const lines = [];
-    server.on('connection', (socket) => {
+    server.on('connection', (socket, request) => {
+        assert.equal(request.url, '/atrium/'); // a proxy knows by the path whom it is for
         const script = scripts[Math.min(lines.length, scripts.length - 1)];
         lines.push(socket);
         socket.seen = [];
@@ -336,7 +337,7 @@ async function scripted(t, options, ...scripts) {
             else if (answer) socket.send(JSON.stringify({ jsonrpc: '2.0', id, result: answer }));
         });
     });
-    const session = await lumend.connect(`http://127.0.0.1:${server.address().port}/#t=x`, { reconnectMs: 60_000, timeoutMs: 60_000, ...options });
+    const session = await lumend.connect(`http://127.0.0.1:${server.address().port}/atrium/#t=x`, { reconnectMs: 60_000, timeoutMs: 60_000, ...options });
     return { session, lines };
 }
 const greeting = (resumed, more = {}) => ({ session: 'a.0-1', key: 'k', resumed, limits: { message_bytes: 1000 }, scene_rev: 5, project: null, ...more });

@@ -1,4 +1,5 @@
-"""The reverse proxies of docker/proxy, started for real before a daemon: TLS, WebSocket, headers, and who is turned away.
+"""The reverse proxies of docker/proxy, started for real before one daemon and before three, each at its path: TLS, WebSocket,
+headers, files that are sent, and who is turned away.
 
 Where a proxy is not installed its test says so, and is skipped. LUMEND_NGINX and LUMEND_CADDY name the programs.
 """
@@ -10,11 +11,15 @@ import shutil
 import socket
 import ssl
 import subprocess
+import sys
 import tempfile
 import unittest
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "clients", "python"))
+import lumend
 from access_test import SECURITY_HEADERS
 from daemon import Daemon
+from upload_test import announce
 from wsclient import LAST_TILE, WAIT_S, HandshakeFailed, RpcError, WebSocket, connect_tcp, tile_header
 
 FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "docker", "proxy")
@@ -27,7 +32,7 @@ def free_port():
 
 
 class Proxied:
-    """What both must do."""
+    """One of them, before these daemons."""
 
     program, option, default = None, None, None
 
@@ -40,10 +45,10 @@ class Proxied:
         self.folder = self.enterContext(tempfile.TemporaryDirectory())
         self.certificate, self.key = (os.path.join(self.folder, name) for name in ("cert.pem", "key.pem"))
         subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
-                        "-days", "2", "-subj", f"/CN={NAME}", "-addext", f"subjectAltName=DNS:{NAME}",
+                        "-days", "2", "-subj", f"/CN={NAME}", "-addext", f"subjectAltName=DNS:{NAME},DNS:localhost",
                         "-out", self.certificate, "-keyout", self.key], check=True, capture_output=True)
         self.trust = ssl.create_default_context(cafile=self.certificate)
-        self.daemon = self.enterContext(Daemon("--allow-host", NAME))
+        self.daemons = self.start_daemons()
         self.http, self.https = free_port(), free_port()
         self.log = open(os.path.join(self.folder, "log"), "w+b")
         self.addCleanup(self.log.close)
@@ -75,7 +80,8 @@ class Proxied:
         return path
 
     def shipped(self, name, *changes):
-        """The file as it is in docker/proxy, but for these. Each must be there."""
+        """The file as it is in docker/proxy, but for these, and where the daemons are. Each must be there."""
+        changes += tuple((f"127.0.0.1:{9460 + i}", f"127.0.0.1:{daemon.port}") for i, daemon in enumerate(self.daemons))
         with open(os.path.join(FOLDER, name), encoding="utf-8") as file:
             text = file.read()
         for before, after in changes:
@@ -85,18 +91,24 @@ class Proxied:
 
     # ---- what is asked of it ----
 
-    def get(self, path, host=None, method="GET", headers=None):
+    def get(self, path, host=None, method="GET", headers=None, body=None):
         connection = http.client.HTTPSConnection("127.0.0.1", self.https, timeout=WAIT_S, context=self.trust)
         connection.sock = self.trust.wrap_socket(connect_tcp(self.https), server_hostname=NAME)
-        connection.request(method, path, headers={"Host": host or f"{NAME}:{self.https}", **(headers or {})})
+        connection.request(method, path, body, headers={"Host": host or f"{NAME}:{self.https}", **(headers or {})})
         response = connection.getresponse()
-        body = response.read()
+        answer = response.read()
         connection.close()
-        return response.status, {k.lower(): v for k, v in response.getheaders()}, body
+        return response.status, {k.lower(): v for k, v in response.getheaders()}, answer
 
     def connect(self, **options):
         host = options.pop("host", f"{NAME}:{self.https}")
         return WebSocket(self.https, host=host, wrap=lambda sock: self.trust.wrap_socket(sock, server_hostname=NAME), **options)
+
+
+class BeforeOne(Proxied):
+    def start_daemons(self):
+        self.daemon = self.enterContext(Daemon("--allow-host", NAME))
+        return [self.daemon]
 
     def test_the_page_comes_by_tls_with_its_headers(self):
         direct, through = self.daemon.get("/"), self.get("/")
@@ -153,14 +165,93 @@ class Proxied:
             old.wrap_socket(connect_tcp(self.https), server_hostname=NAME)
 
 
-class Nginx(Proxied, unittest.TestCase):
-    option, default = "LUMEND_NGINX", "nginx"
+class BeforeThree(Proxied):
+    """Each daemon has its path, and is as if it were alone there."""
+
+    paths = ("/atrium/", "/office/", "/stage/")
+
+    def start_daemons(self):
+        return [self.enterContext(Daemon("--allow-host", NAME, "--state", os.path.join(self.folder, str(i)))) for i in range(3)]
+
+    def enter(self, i):
+        ws = self.connect(path=f"{self.paths[i]}ws", origin=f"https://{NAME}:{self.https}")
+        ws.hello(self.daemons[i].token)
+        return ws
+
+    def test_each_path_has_its_page(self):
+        for path, daemon in zip(self.paths, self.daemons):
+            direct, through = daemon.get("/"), self.get(f"{path}?project=0123456789ab")
+            self.assertEqual((through[0], through[2]), (200, direct[2]), path)
+            for name, value in SECURITY_HEADERS.items():
+                self.assertEqual(through[1][name], value, name)
+            for file in re.findall(rb'(?:src|href)="\./([^"]+)"', direct[2]):
+                self.assertEqual(self.get(path + file.decode())[::2], (200, daemon.get("/" + file.decode())[2]), file)
+            self.assertNotRegex(direct[2], rb'(?:src|href)="/')  # that would be at no path
+            status, headers, _ = self.get(path[:-1])  # who forgot the slash
+            self.assertIn(status, (301, 308))
+            self.assertRegex(headers["location"], f"^(https://{NAME}:{self.https})?{path}$")
+            self.assertEqual([self.get(path + name, headers=daemon.bearer())[0] for name in ("readyz", "metrics", "nothing")],
+                             [200, 403, 404])
+        self.assertEqual([self.get(path)[0] for path in ("/", "/ws", "/metrics", "/cellar/", "/atriums/")], [404] * 5)
+
+    def test_each_has_its_scene_and_its_people(self):
+        sessions = [self.enter(i) for i in range(3)]
+        for i, ws in enumerate(sessions):
+            ws.call("scene.apply", {"ops": [{"op": "add", "type": "sensor", "id": f"s{i}", "kind": "point", "position": [0, 1, 0]}]})
+        for i, ws in enumerate(sessions):
+            ids = {op.get("id") for op in ws.call("scene.get")["ops"]}
+            self.assertEqual(ids & {"s0", "s1", "s2"}, {f"s{i}"})
+            stranger = self.connect(path=self.paths[i])
+            with self.assertRaises(RpcError) as caught:
+                stranger.hello(self.daemons[i - 1].token)
+            self.assertEqual((caught.exception.app, stranger.wait_close()), ("not_authorised", 4001))
+            with self.assertRaises(HandshakeFailed) as caught:
+                self.connect(path=self.paths[i], origin="https://evil.example")
+            self.assertEqual(caught.exception.status, 403)
+        with self.assertRaises(HandshakeFailed) as caught:
+            self.connect(path="/cellar/ws")
+        self.assertEqual(caught.exception.status, 404)
+        for ws in sessions:
+            ws.leave()
+
+    def test_files_go_to_whom_they_were_announced(self):
+        body = os.urandom(3 << 20)
+        sessions = [self.enter(i) for i in range(3)]
+        for i, ws in enumerate(sessions):
+            ticket = announce(ws, [("lamp.ies", body)])[1:]  # below the address of the page
+            elsewhere = self.get(self.paths[i - 1] + ticket, method="PUT", body=b"x")
+            self.assertEqual(elsewhere[0], 404)
+            status, _, answer = self.get(self.paths[i] + ticket, method="PUT", body=body)
+            self.assertEqual(status, 200, answer)
+            self.assertRegex(json.loads(answer)["folder"], "^upload/")
+        for ws in sessions:
+            ws.leave()
+
+    def test_one_that_ends_leaves_the_others(self):
+        sessions = [self.enter(i) for i in range(3)]
+        self.assertEqual(self.daemons[1].stop(), 0)
+        self.assertEqual([self.get(path)[0] for path in self.paths], [200, 502, 200])
+        for i in (0, 2):
+            self.assertIn("methods", sessions[i].call("stats.get"))
+            sessions[i].leave()
+
+    def test_the_client_for_scripts_finds_its_path(self):
+        with lumend.connect(f"https://localhost:{self.https}/office/#t={self.daemons[1].token}", ca=self.certificate) as session:
+            with session.edit() as edit:
+                edit.add_light("key", kind="point", position=[0, 2, 0], flux_lm=800)
+        for i in range(3):
+            ws = self.enter(i)
+            self.assertEqual("key" in {op.get("id") for op in ws.call("scene.get")["ops"]}, i == 1)
+            ws.leave()
+
+
+class Nginx:
+    option, default, file = "LUMEND_NGINX", "nginx", "nginx.conf"
 
     def command(self):
-        site = self.shipped("nginx.conf", ("listen 80;", f"listen 127.0.0.1:{self.http};"),
+        site = self.shipped(self.file, ("listen 80;", f"listen 127.0.0.1:{self.http};"),
                             ("listen 443 ssl", f"listen 127.0.0.1:{self.https} ssl"),
-                            ("/etc/ssl/private/lights.example.key", self.key), ("/etc/ssl/lights.example.pem", self.certificate),
-                            ("127.0.0.1:9460", f"127.0.0.1:{self.daemon.port}"))
+                            ("/etc/ssl/private/lights.example.key", self.key), ("/etc/ssl/lights.example.pem", self.certificate))
         temporary = "".join(f"    {kind}_temp_path {self.folder}/{kind};\n"
                             for kind in ("client_body", "proxy", "fastcgi", "uwsgi", "scgi"))
         main = self.write("main.conf", f"pid {self.folder}/pid;\nerror_log {self.folder}/error;\ndaemon off;\nworker_processes 1;\n"
@@ -168,14 +259,29 @@ class Nginx(Proxied, unittest.TestCase):
         return [self.program, "-p", self.folder, "-e", f"{self.folder}/error", "-c", main]
 
 
-class Caddy(Proxied, unittest.TestCase):
-    option, default = "LUMEND_CADDY", "caddy"
+class Caddy:
+    option, default, file, names = "LUMEND_CADDY", "caddy", "Caddyfile", NAME
 
     def command(self):
-        site = self.shipped("Caddyfile", ("lights.example {\n", f"{NAME} {{\n\tbind 127.0.0.1\n\ttls {self.certificate} {self.key}\n"),
-                            ("127.0.0.1:9460", f"127.0.0.1:{self.daemon.port}"))
+        site = self.shipped(self.file, ("lights.example {\n", f"{self.names} {{\n\tbind 127.0.0.1\n\ttls {self.certificate} {self.key}\n"))
         settings = f"{{\n\tadmin off\n\thttp_port {self.http}\n\thttps_port {self.https}\n\tdefault_bind 127.0.0.1\n}}\n"
         return [self.program, "run", "--adapter", "caddyfile", "--config", self.write("Caddyfile", settings + site)]
+
+
+class NginxBeforeOne(Nginx, BeforeOne, unittest.TestCase):
+    pass
+
+
+class NginxBeforeThree(Nginx, BeforeThree, unittest.TestCase):
+    file = "nginx-scenes.conf"
+
+
+class CaddyBeforeOne(Caddy, BeforeOne, unittest.TestCase):
+    pass
+
+
+class CaddyBeforeThree(Caddy, BeforeThree, unittest.TestCase):
+    file, names = "Caddyfile-scenes", f"{NAME}, localhost"
 
 
 class Files(unittest.TestCase):

@@ -241,8 +241,26 @@ class Breaks(unittest.TestCase):
         session.close()
         with self.assertRaisesRegex(lumend.Disconnected, "does lumend run there"):
             lumend.connect(url_of(daemon))
-        with self.assertRaisesRegex(ValueError, "is not a URL"):
-            lumend.connect(daemon.token)
+        for wrong in (daemon.token, "http://localhost:1/a b", "http://localhost:1/?project=a&b", "http://localhost:1/\r\n"):
+            with self.assertRaisesRegex(ValueError, "is not a URL"):
+                lumend.connect(wrong)
+
+    def test_addresses(self):
+        """Where a URL leads to, and what is asked for there."""
+        for url, place, path in (("http://a.example:81/#t=x", ("a.example", 81), "/"), ("http://a.example", ("a.example", 80), "/"),
+                                 ("http://a.example/b/?project=abc#t=x", ("a.example", 80), "/b/"),
+                                 ("ws://[::1]:9460/b/c/", ("::1", 9460), "/b/c/")):
+            with mock.patch("socket.create_connection") as create:
+                create.return_value.makefile.return_value.readline.return_value = b""
+                with self.assertRaises(lumend.Disconnected):
+                    lumend.connect(url)
+            self.assertEqual(create.call_args[0][0], place)
+            asked = create.return_value.sendall.call_args[0][0]
+            self.assertTrue(asked.startswith(f"GET {path} HTTP/1.1\r\n".encode()), asked)
+        with mock.patch("socket.create_connection", side_effect=OSError) as create:
+            with self.assertRaises(lumend.Disconnected):
+                lumend.connect("https://a.example/b/")
+        self.assertEqual(create.call_args[0][0], ("a.example", 443))
 
     def test_projects(self):
         with tempfile.TemporaryDirectory() as folder, Daemon("--projects", folder, scene=None) as daemon:

@@ -57,10 +57,12 @@ class WebSocket:
     """One thread may read while others send."""
 
     def __init__(self, url, timeout_s, ca=None):
-        parts = re.fullmatch(r"(?:http|ws)(s?)://(\[[0-9a-fA-F:]+\]|[^/:]+):(\d+)/?(?:\?project=(\w+))?(?:#t=(.*))?", url)
+        parts = re.fullmatch(r"(?:http|ws)(s?)://(\[[0-9a-fA-F:]+\]|[^/:?#]+)(?::(\d+))?"  # its port, unless it is 80 or 443
+                             r"(/[!\"$->@-~]*)?(?:\?project=(\w+))?(?:#t=(.*))?", url)  # its path, which a proxy may look at
         if not parts:
             raise ValueError(f"{url} is not a URL as the server prints it: http://127.0.0.1:9460/#t=TOKEN")
-        secure, host, port, self.project, self.token = parts.groups()
+        secure, host, port, path, self.project, self.token = parts.groups()
+        port = port or ("443" if secure else "80")
         if ca and not secure:
             raise ValueError(f"ca={ca} is for https, and this URL is of http")
         self._line = _line_to(host.strip("[]"), int(port), timeout_s)
@@ -69,7 +71,7 @@ class WebSocket:
         self._incoming = io.BufferedReader(self._line) if secure else self._line.makefile("rb")
         self._sending = threading.Lock()
         try:
-            self._handshake(host, port)
+            self._handshake(host, port, path or "/")
         except BaseException as error:
             self.close()
             if isinstance(error, OSError) and not isinstance(error, (Disconnected, TimeoutError)):
@@ -77,9 +79,9 @@ class WebSocket:
             raise
         self._line.settimeout(None)  # whoever waits has a limit of their own
 
-    def _handshake(self, host, port):
+    def _handshake(self, host, port, path):
         key = base64.b64encode(os.urandom(16))
-        self._line.sendall(f"GET / HTTP/1.1\r\nHost: {host}:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        self._line.sendall(f"GET {path} HTTP/1.1\r\nHost: {host}:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
                            f"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: {key.decode()}\r\n"
                            "Sec-WebSocket-Protocol: lumend.v1\r\n\r\n".encode())
         head = b""

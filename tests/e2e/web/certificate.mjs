@@ -10,5 +10,5 @@ export function certificate() {
     const [file, key] = ['certificate.pem', 'key.pem'].map((name) => join(folder, name));
     const request = ['req', '-x509', '-newkey', 'ec', '-pkeyopt', 'ec_paramgen_curve:prime256v1', '-nodes', '-days', '1', '-subj', '/CN=localhost'];
     const made = spawnSync('openssl', [...request, '-addext', 'subjectAltName=DNS:localhost', '-out', file, '-keyout', key]);
-    return made.status === 0 ? { file, options: ['--tls-cert', file, '--tls-key', key] } : null;
+    return made.status === 0 ? { file, key, options: ['--tls-cert', file, '--tls-key', key] } : null;
 }

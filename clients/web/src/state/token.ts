@@ -1,9 +1,10 @@
 /** The access token: from the address once, then only in this tab's session storage, so that it is not shared by accident. */
 import { recall, remember } from '../lib/store';
 
-const KEY = 'lumend.token';
+/** Of this path alone: a proxy may have another server, with other tokens, at another path. */
+const key = (): string => `lumend.token ${new URL('.', location.href).pathname}`;
 
-export const takeToken = (): string | null => tokenInAddress() ?? recall('sessionStorage', KEY);
+export const takeToken = (): string | null => tokenInAddress() ?? recall('sessionStorage', key());
 
 /** Takes it out of the address. */
 export function tokenInAddress(): string | null {
@@ -16,5 +17,5 @@ export function tokenInAddress(): string | null {
 }
 
 export function keepToken(token: string): void {
-    remember('sessionStorage', KEY, token);
+    remember('sessionStorage', key(), token);
 }
