@@ -197,6 +197,7 @@ bool lum_team_scene_load(struct lum_team *team, struct lum_world *world, const c
         return false;
     if (!team || team->size == 1)
         return true;
+    (void)lum_team_agree(team, 0.0); /* rank 0 has it: where it fails the job ends, and nobody has a folder yet */
     enum lum_status st = open_folder(&f, &e);
     if (st)
         return lum_apply_error(&e, "", err);

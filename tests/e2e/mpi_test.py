@@ -27,8 +27,9 @@ def ranks(n, *options):
     return ["-n", str(n), LUMEND, "render", "--threads", "1", *options]
 
 
-def mpirun(*command):
-    return subprocess.run([MPIRUN, *command], env=ENVIRONMENT, capture_output=True, text=True, timeout=300, check=False)
+def mpirun(*command, tmp=None):
+    environment = {**ENVIRONMENT, "TMPDIR": tmp} if tmp else ENVIRONMENT
+    return subprocess.run([MPIRUN, *command], env=environment, capture_output=True, text=True, timeout=300, check=False)
 
 
 def look_at(pid):
@@ -155,8 +156,9 @@ class Ranks(unittest.TestCase):
         self.assertEqual(os.listdir(self.folder), [])
 
     def test_a_rank_that_fails_ends_all(self):
-        done = mpirun(*ranks(3, "--scene", self.path("none.jsonl"), "--out", self.path("a.exr")))
+        done = mpirun(*ranks(3, "--scene", self.path("none.jsonl"), "--out", self.path("a.exr")), tmp=self.folder)
         self.assertNotEqual(done.returncode, 0)
+        self.assertEqual([name for name in os.listdir(self.folder) if name.startswith("lumend-")], [])
         self.assertEqual(done.stderr.count("none.jsonl"), 1, "it is rank 0 that reads it")
         self.assertIn("rank 0 of 3 ends all", done.stderr)
         out = ["--scene", "cornell", "--size", SIZE, "--out", self.path("a.exr")]
