@@ -5,12 +5,12 @@ Only in builds with LUMEND_MPI. One thread a rank, more ranks than processors if
 import json
 import os
 import re
+import select
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
@@ -29,27 +29,26 @@ def ranks(n, *options):
 
 def mpirun(*command, tmp=None):
     environment = {**ENVIRONMENT, "TMPDIR": tmp} if tmp else ENVIRONMENT
-    return subprocess.run([MPIRUN, *command], env=environment, capture_output=True, text=True, timeout=300, check=False)
+    return subprocess.run([MPIRUN, *command], env=environment, capture_output=True, text=True, check=False)
 
 
 def look_at(pid):
-    """Name, state and parent of a process; None: there is none."""
+    """Name and parent of a process; None: there is none."""
     try:
         with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
             name, rest = file.read().split("(", 1)[1].rsplit(")", 1)
     except OSError:
         return None
-    state, parent = rest.split()[:2]
-    return name, state, int(parent)
+    return name, int(rest.split()[1])
 
 
 def ranks_of(mpirun_pid):
     """Open MPI's ranks are mpirun's own children, MPICH's those of a proxy."""
     seen = {pid: process for pid in map(int, filter(str.isdigit, os.listdir("/proc"))) if (process := look_at(pid))}
     found = []
-    for pid, (name, _, parent) in seen.items():
+    for pid, (name, parent) in seen.items():
         while parent != mpirun_pid and parent in seen:
-            parent = seen[parent][2]
+            parent = seen[parent][1]
         if name == "lumend" and parent == mpirun_pid:
             found.append(pid)
     return found
@@ -171,17 +170,24 @@ class Ranks(unittest.TestCase):
         command = [MPIRUN, *ranks(3, "--scene", "cornell", "--method", "path", "--spp", "4096", "--size", "600x400", "--out", self.path("a.exr"))]
         with subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
             self.addCleanup(lambda: run.poll() is None and run.kill())
+            told = []
             for line in run.stderr:
+                told.append(line)
                 if "samples" in line:  # it is under way
                     break
+            else:
+                self.fail("it ended before it was under way: " + "".join(told) + run.stdout.read())
             found = ranks_of(run.pid)
             self.assertEqual(len(found), 3)
+            ends = [os.pidfd_open(pid) for pid in found]
+            for end in ends:
+                self.addCleanup(os.close, end)
             os.kill(max(found), signal.SIGKILL)
-            stdout, stderr = run.communicate(timeout=120)
+            stdout, stderr = run.communicate()
         self.assertNotEqual(run.returncode, 0)
         self.assertRegex(stdout + stderr, re.compile("killed|signal 9", re.I), "MPICH tells it on stdout")
-        while any(process and process[1] != "Z" for process in map(look_at, found)):  # mpirun does not wait for them
-            time.sleep(0.02)
+        for end in ends:  # mpirun does not wait for them
+            select.select([end], [], [])
 
 
 if __name__ == "__main__":
