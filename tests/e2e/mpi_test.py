@@ -112,6 +112,19 @@ class Ranks(unittest.TestCase):
         self.hold_against_one(["--scene", "office", "--method", "live", "--spp", "2", "--illuminance"])
         self.hold_against_one(["--scene", "cornell", "--method", "live", "--spp", "2", "--light-groups"])
 
+    def test_png_is_that_of_one(self):
+        """With and without a map, which needs first hits: frames after it, too, are the same."""
+        for overlay in ([], ["--overlay", "illuminance"]):
+            options = ["--scene", "cornell", "--method", "live", "--spp", "2", "--size", SIZE, "--frames", "2", "--fps", "5",
+                       "--edits", "cornell-moves", *overlay]
+            one = subprocess.run([LUMEND, "render", "--deterministic", *options, "--out", self.path("0-%d.png")], capture_output=True, text=True,
+                                 check=False)
+            team = mpirun(*ranks(2, *options, "--out", self.path("2-%d.png")))
+            self.assertEqual((one.returncode, team.returncode, team.stdout), (0, 0, one.stdout), one.stderr + team.stderr)
+            for frame in range(2):
+                with open(self.path(f"0-{frame}.png"), "rb") as file, open(self.path(f"2-{frame}.png"), "rb") as other:
+                    self.assertTrue(other.read() == file.read(), (overlay, frame))
+
     def test_rank_0_alone_reads_files(self):
         """Also of an import: the others have no such folder."""
         model = os.path.join(os.path.dirname(os.path.abspath(__file__)), "web", "lamp.gltf")

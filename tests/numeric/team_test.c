@@ -1,5 +1,5 @@
 /* A team shares the work of a view: each member comes to the picture, the rays and the records that one alone would,
- * to the bit, at every pass and after edits; and each does a part of it. */
+ * to the bit, at every pass and after edits. Where one is short of memory all end, or none. */
 #include <sys/wait.h>
 #include <unistd.h>
 
