@@ -107,6 +107,7 @@ class Ranks(unittest.TestCase):
                 self.assertGreater(stats[2]["frames"][0]["cache"]["created"], 0)
                 self.assertTrue(all(frame["team"]["heard_bytes"] > 0 for frame in stats[2]["frames"]))
                 self.assertGreater(stats[2]["team"]["edits_bytes"], 0)
+                self.assertEqual(stats[1]["team"]["edits_bytes"], 0, "nobody is told")
 
     def test_light_groups_and_illuminance(self):
         self.hold_against_one(["--scene", "office", "--method", "live", "--spp", "2", "--illuminance"])
