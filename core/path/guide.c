@@ -57,6 +57,7 @@ struct lum_path_guide {
     uint32_t n_blocks, n_cells, n_nodes;
     uint32_t sample; /* that the pass takes */
     bool usable;
+    bool short_of_memory;          /* there would be more cells */
     float typical;                 /* luminance of a pixel */
     _Atomic int64_t spread, saved; /* since densities were made: variance of pixels, and what more it would have been */
 };
@@ -74,7 +75,7 @@ static void drop(struct lum_path_guide *g)
     lum_free(g->nodes);
     g->nodes = NULL;
     g->n_blocks = g->n_cells = g->n_nodes = 0;
-    g->usable = false;
+    g->usable = g->short_of_memory = false;
 }
 
 void lum_path_guide_destroy(struct lum_path_guide *g)
@@ -128,10 +129,9 @@ static bool reserve(struct lum_path_guide *g)
     if (g->n_blocks == MAX_BLOCKS)
         return false;
     g->block[g->n_blocks] = lum_calloc(1, sizeof(struct block));
-    if (!g->block[g->n_blocks])
-        return false;
-    g->n_blocks++;
-    return true;
+    g->short_of_memory = !g->block[g->n_blocks];
+    g->n_blocks += !g->short_of_memory;
+    return !g->short_of_memory;
 }
 
 /* Halves a leaf's cell across the longest side of its box; each half starts with half of what was heard. */
@@ -162,6 +162,7 @@ static bool halve(struct lum_path_guide *g, uint32_t leaf)
 static bool start(struct lum_path_guide *g, const struct lum_guided_pass *pass)
 {
     g->nodes = lum_calloc(2 * MAX_BLOCKS * BLOCK + FACES, sizeof *g->nodes);
+    g->short_of_memory = !g->nodes;
     if (!g->nodes)
         return false;
     for (; g->n_nodes < FACES; g->n_nodes++) {
@@ -302,6 +303,13 @@ static bool pays(struct lum_path_guide *g, uint32_t sample, struct lum_team *tea
            (double)(spread + saved) >= (sample == TRIAL_ENDS ? PAYS_AFTER_TRIAL : PAYS) * (double)spread;
 }
 
+/* One alone does with what it has; with a team all have to guide by the same cells. */
+static void need_memory(const struct lum_path_guide *g, struct lum_team *team)
+{
+    if (team && g->short_of_memory)
+        team->kind->give_up(team, "out of memory for what guides paths");
+}
+
 bool lum_path_guide_begin(struct lum_path_guide *g, const struct lum_guided_pass *pass, struct lum_pool *pool)
 {
     uint32_t sample = pass->sample;
@@ -310,6 +318,7 @@ bool lum_path_guide_begin(struct lum_path_guide *g, const struct lum_guided_pass
     if (sample == 1 && sample != g->sample) {
         g->typical = typical(pass->film);
         g->usable = pass->allowed && g->typical > 0.0f && isfinite(g->typical * LUM_PI) && start(g, pass);
+        need_memory(g, pass->team);
         if (!g->usable)
             drop(g);
         atomic_store(&g->spread, 0);
@@ -322,6 +331,7 @@ bool lum_path_guide_begin(struct lum_path_guide *g, const struct lum_guided_pass
             make_densities(g, pool);
         else
             drop(g);
+        need_memory(g, pass->team);
     }
     g->sample = sample;
     return g->usable;

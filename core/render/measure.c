@@ -1,6 +1,7 @@
 #include "core/render/measure.h"
 
 #include "core/base/pool.h"
+#include "core/base/team.h"
 #include "core/pass/method.h"
 
 #define PATHS_AT_REST                                                                                                  \
@@ -24,6 +25,14 @@ void lum_measure_begin(struct lum_measurement *m, bool alike)
         lum_error_probes_begin(m->probes, alike);
 }
 
+/* One alone knows nothing then. Of a team all measure, or none. */
+static void give_up(struct lum_measurement *m, struct lum_team *team)
+{
+    m->given_up = true;
+    if (team)
+        team->kind->give_up(team, "out of memory to measure the error");
+}
+
 /* With every effect that the picture should have; but soft edges, where the method makes none. Without memory nothing
  * is known. */
 static enum lum_status trace(struct lum_measurement *m, const struct lum_pass *frame, const bool on[LUM_EFFECT_COUNT],
@@ -33,15 +42,17 @@ static enum lum_status trace(struct lum_measurement *m, const struct lum_pass *f
     struct lum_pass pass = *frame;
     if (m->given_up)
         return LUM_OK;
-    m->given_up = !m->probes && lum_error_probes_create(lum_pool_size(runner->pool), &m->probes, &unused) != LUM_OK;
-    if (m->given_up)
+    if (!m->probes && lum_error_probes_create(lum_pool_size(runner->pool), &m->probes, &unused) != LUM_OK) {
+        give_up(m, runner->team);
         return LUM_OK;
+    }
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         pass.on[e] = on[e] && (e != LUM_EFFECT_ANTIALIAS || frame->settings->method->serves[e]);
     int64_t begin_ns = lum_clock_ns();
     enum lum_status status = lum_error_probes_trace(m->probes, &pass, (uint64_t)max_rays, runner);
     m->error = lum_error_probes_error(m->probes, pass.film);
-    m->given_up = status == LUM_ERR_NOMEM;
+    if (status == LUM_ERR_NOMEM)
+        give_up(m, runner->team);
     runner->stats->stage_ms[LUM_STAGE_ERROR] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
     return m->given_up ? LUM_OK : status;
 }
@@ -62,6 +73,8 @@ void lum_measure_share(struct lum_measurement *m, const struct lum_pass *frame, 
     double share = frame->settings->error_share, max_rays = share * (double)cost.rays / DEAR;
     if (cost.rays > 0 && m->rays > 0.0 && !frame->settings->deterministic)
         max_rays = share * cost.ms * m->rays / m->ms;
+    if (runner->team) /* how many rays of VPLs were known from before is a matter of what found room (known_rays.c) */
+        max_rays = lum_team_agree(runner->team, max_rays);
     double before = rays_of(runner), before_ms = runner->stats->stage_ms[LUM_STAGE_ERROR];
     (void)trace(m, frame, on, max_rays, &whole);
     m->rays += rays_of(runner) - before;

@@ -1,6 +1,7 @@
 /* Passes of a view: which stages are stale, which estimators run, what it cost. */
 #include <string.h>
 
+#include "core/base/team.h"
 #include "core/effect/path/path.h"
 #include "core/math/sampler.h"
 #include "core/path/guide.h"
@@ -216,6 +217,13 @@ static bool shows_every_light(const struct lum_view *v, const struct lum_pass *p
     return true;
 }
 
+/* One alone does without; of a team all have to. */
+static void is_short_of_memory(const struct lum_view *v, const char *why)
+{
+    if (v->team)
+        v->team->kind->give_up(v->team, why);
+}
+
 /* Portals for path traced samples, but for rough ones, which are fewer than the rays that look for them. NULL: there
  * are none. */
 static const struct lum_portals *find_portals(struct lum_view *v, const struct lum_pass *pass)
@@ -227,8 +235,10 @@ static const struct lum_portals *find_portals(struct lum_view *v, const struct l
     if (!v->portals_known || lum_is_stale(lum_edits_of_versions(&v->portals_versions, &now), LUM_PRODUCT_VPL_PATHS)) {
         struct lum_vpl_request request = {.snapshot = s, .pool = v->pool, .counters = &v->counters[0]};
         struct lum_error unused; /* without memory samples are as they are without portals */
-        if (lum_vpl_find_portals(&v->portals, &request, &unused) != LUM_OK)
+        if (lum_vpl_find_portals(&v->portals, &request, &unused) != LUM_OK) {
+            is_short_of_memory(v, "out of memory for what lies before windows");
             v->portals.n = 0;
+        }
         v->portals_versions = now;
         v->portals_known = true;
     }
@@ -241,6 +251,8 @@ static enum lum_status run_samples(struct lum_view *v, struct lum_pass *pass, co
     int64_t begin_ns = lum_clock_ns();
     if (!v->guide && pass->target_spp > 1)
         v->guide = lum_path_guide_create();
+    if (!v->guide && pass->target_spp > 1)
+        is_short_of_memory(v, "out of memory for what guides paths");
     struct lum_guided_pass guided = {pass->snapshot, pass->film, pass->target_spp - 1,
                                      pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] && shows_every_light(v, pass), v->team};
     pass->portals = find_portals(v, pass);

@@ -212,6 +212,7 @@ static enum lum_status render_passes(struct batch *b, uint32_t frame, const stru
         show_progress(b, frame, ret_last);
         lum_render_tell_expected(&b->options, frame, &b->watch, &told);
     } while (!b->watch.stopped_by);
+    lum_render_compare_films(b->team, lum_view_film(b->view), "the picture");
     b->frame_stats.stopped_by = b->watch.stopped_by;
     b->frame_stats.budget = lum_budget_news_of(&b->watch);
     return LUM_OK;
@@ -301,6 +302,7 @@ static enum lum_status render_illuminance(struct batch *b, struct lum_error *err
         if (st)
             return st;
     } while (!lum_budget_stop(&budget, settings.method, &last, lum_render_spent_ms(b->team, start, &last)));
+    lum_render_compare_films(b->team, lum_view_film(b->meter), "the picture of illuminance");
     return LUM_OK;
 }
 
@@ -320,8 +322,6 @@ static bool render_picture(struct batch *b, uint32_t frame, struct lum_proto_err
         b->missed = (!b->quiet && lum_render_tell_missed(&b->options, frame, &b->frame_stats)) || b->missed;
         tell_caustics(b);
     }
-    if (!st && b->team)
-        lum_render_compare_films(b->team, lum_view_film(b->view));
     return !st || core_failed(&e, err);
 }
 
@@ -401,6 +401,15 @@ static void tell_legend(const char *name, const struct lum_overlay *o)
     }
 }
 
+/* Nothing where --overlay is not given. */
+static enum lum_status make_overlay(struct batch *b, struct lum_overlay *overlay, struct lum_error *err)
+{
+    const struct lum_render_options *o = &b->options;
+    const struct lum_overlay_want want = {o->overlay, o->false_color, !o->only_lines, o->lines};
+    const struct lum_overlay_source source = {b->view, b->world.snapshot, &b->settings};
+    return o->overlay ? lum_overlay_make(overlay, &want, &source, err) : LUM_OK;
+}
+
 static enum lum_status write_png(struct batch *b, const char *path, struct lum_error *err)
 {
     const struct lum_render_options *o = &b->options;
@@ -410,10 +419,8 @@ static enum lum_status write_png(struct batch *b, const char *path, struct lum_e
     enum lum_tone_map tone = LUM_TONE_AGX;
     enum lum_status st = lum_apply_tone_map(o->tone_map ? o->tone_map : r->tone_map, &tone, err);
     struct lum_overlay overlay = {0};
-    const struct lum_overlay_want want = {o->overlay, o->false_color, !o->only_lines, o->lines};
-    if (!st && o->overlay)
-        st = lum_overlay_make(&overlay, &want, &(struct lum_overlay_source){b->view, b->world.snapshot, &b->settings},
-                              err);
+    if (!st)
+        st = make_overlay(b, &overlay, err);
     if (!st && o->overlay)
         tell_legend(o->overlay, &overlay);
     const struct lum_png_output out = {.film = film,
@@ -426,6 +433,18 @@ static enum lum_status write_png(struct batch *b, const char *path, struct lum_e
     return st;
 }
 
+/* Where another rank writes: what its view does for the file, this one does, too, so that both go on alike. */
+static enum lum_status follow_write(struct batch *b, struct lum_error *err)
+{
+    struct lum_aovs unused;
+    struct lum_overlay overlay = {0};
+    if (b->options.exr)
+        return lum_view_aovs(b->view, b->world.snapshot, &b->settings, &unused, err);
+    enum lum_status st = make_overlay(b, &overlay, err);
+    lum_overlay_finish(&overlay);
+    return st;
+}
+
 static bool write_image(struct batch *b, uint32_t frame, struct lum_proto_error *err)
 {
     char path[4096];
@@ -433,9 +452,8 @@ static bool write_image(struct batch *b, uint32_t frame, struct lum_proto_error 
     if (!lum_render_frame_path(b->options.out, frame, path, sizeof path))
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "the path of --out is too long");
     enum lum_status st;
-    struct lum_aovs unused;
-    if (b->quiet) /* what a view does for its file, the others do, too */
-        st = lum_view_aovs(b->view, b->world.snapshot, &b->settings, &unused, &e);
+    if (b->quiet)
+        st = follow_write(b, &e);
     else if (b->options.exr)
         st = write_exr(b, path, &e);
     else

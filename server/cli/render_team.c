@@ -69,13 +69,15 @@ bool lum_render_compare_scenes(struct lum_team *team, const struct lum_world *wo
     return true;
 }
 
-void lum_render_compare_films(struct lum_team *team, const struct lum_film *film)
+void lum_render_compare_films(struct lum_team *team, const struct lum_film *film, const char *what)
 {
+    if (!team)
+        return;
     size_t n = (size_t)film->w * film->h;
     uint64_t hash = HASH_BEGIN;
     for (int i = 0; i < 2; i++) {
         hash = hash_more(hash, film->half[i], 3 * n * sizeof *film->half[i]);
         hash = hash_more(hash, film->n[i], n * sizeof *film->n[i]);
     }
-    lum_team_compare(team, hash, "the picture");
+    lum_team_compare(team, hash, what);
 }

@@ -22,7 +22,8 @@ bool lum_render_add_heard(struct cJSON *frame, const struct lum_team *team, stru
 
 /* All have the same scene, and trace rays by the same instructions: else the job ends. */
 bool lum_render_compare_scenes(struct lum_team *team, const struct lum_world *world, struct lum_proto_error *err);
-/* All have made the same picture, to the bit: else the job ends. */
-void lum_render_compare_films(struct lum_team *team, const struct lum_film *film);
+/* All have made the same picture, to the bit: else the job ends. what: "the picture", for the message. Without a team:
+ * nothing. */
+void lum_render_compare_films(struct lum_team *team, const struct lum_film *film, const char *what);
 
 #endif

@@ -197,6 +197,7 @@ bool lum_team_scene_load(struct lum_team *team, struct lum_world *world, const c
         return false;
     if (!team || team->size == 1)
         return true;
+    (void)lum_team_agree(team, 0.0); /* rank 0 has it: where it fails the job ends, and nobody has a folder yet */
     enum lum_status st = open_folder(&f, &e);
     if (st)
         return lum_apply_error(&e, "", err);
@@ -219,7 +220,7 @@ bool lum_team_edits_load(struct lum_team *team, const char *replay, struct lum_o
         if (!reads && !(text = malloc(n_bytes + 1)))
             return lum_proto_fail_memory(err);
         lum_team_broadcast(team, text, n_bytes);
-        *ret_told_bytes = sizeof n_bytes + n_bytes;
+        *ret_told_bytes = team->size > 1 ? sizeof n_bytes + n_bytes : 0;
     }
     bool ok = lum_ops_from_jsonl(text, n_bytes, ret_ops, err);
     free(text);

@@ -5,12 +5,12 @@ Only in builds with LUMEND_MPI. One thread a rank, more ranks than processors if
 import json
 import os
 import re
+import select
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
@@ -27,28 +27,28 @@ def ranks(n, *options):
     return ["-n", str(n), LUMEND, "render", "--threads", "1", *options]
 
 
-def mpirun(*command):
-    return subprocess.run([MPIRUN, *command], env=ENVIRONMENT, capture_output=True, text=True, timeout=300, check=False)
+def mpirun(*command, tmp=None):
+    environment = {**ENVIRONMENT, "TMPDIR": tmp} if tmp else ENVIRONMENT
+    return subprocess.run([MPIRUN, *command], env=environment, capture_output=True, text=True, check=False)
 
 
 def look_at(pid):
-    """Name, state and parent of a process; None: there is none."""
+    """Name and parent of a process; None: there is none."""
     try:
         with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
             name, rest = file.read().split("(", 1)[1].rsplit(")", 1)
     except OSError:
         return None
-    state, parent = rest.split()[:2]
-    return name, state, int(parent)
+    return name, int(rest.split()[1])
 
 
 def ranks_of(mpirun_pid):
     """Open MPI's ranks are mpirun's own children, MPICH's those of a proxy."""
     seen = {pid: process for pid in map(int, filter(str.isdigit, os.listdir("/proc"))) if (process := look_at(pid))}
     found = []
-    for pid, (name, _, parent) in seen.items():
+    for pid, (name, parent) in seen.items():
         while parent != mpirun_pid and parent in seen:
-            parent = seen[parent][2]
+            parent = seen[parent][1]
         if name == "lumend" and parent == mpirun_pid:
             found.append(pid)
     return found
@@ -107,10 +107,24 @@ class Ranks(unittest.TestCase):
                 self.assertGreater(stats[2]["frames"][0]["cache"]["created"], 0)
                 self.assertTrue(all(frame["team"]["heard_bytes"] > 0 for frame in stats[2]["frames"]))
                 self.assertGreater(stats[2]["team"]["edits_bytes"], 0)
+                self.assertEqual(stats[1]["team"]["edits_bytes"], 0, "nobody is told")
 
     def test_light_groups_and_illuminance(self):
         self.hold_against_one(["--scene", "office", "--method", "live", "--spp", "2", "--illuminance"])
         self.hold_against_one(["--scene", "cornell", "--method", "live", "--spp", "2", "--light-groups"])
+
+    def test_png_is_that_of_one(self):
+        """With and without a map, which needs first hits: frames after it, too, are the same."""
+        for overlay in ([], ["--overlay", "illuminance"]):
+            options = ["--scene", "cornell", "--method", "live", "--spp", "2", "--size", SIZE, "--frames", "2", "--fps", "5",
+                       "--edits", "cornell-moves", *overlay]
+            one = subprocess.run([LUMEND, "render", "--deterministic", *options, "--out", self.path("0-%d.png")], capture_output=True, text=True,
+                                 check=False)
+            team = mpirun(*ranks(2, *options, "--out", self.path("2-%d.png")))
+            self.assertEqual((one.returncode, team.returncode, team.stdout), (0, 0, one.stdout), one.stderr + team.stderr)
+            for frame in range(2):
+                with open(self.path(f"0-{frame}.png"), "rb") as file, open(self.path(f"2-{frame}.png"), "rb") as other:
+                    self.assertTrue(other.read() == file.read(), (overlay, frame))
 
     def test_rank_0_alone_reads_files(self):
         """Also of an import: the others have no such folder."""
@@ -136,7 +150,8 @@ class Ranks(unittest.TestCase):
 
     def test_it_stops_by_the_clock_of_one(self):
         done = mpirun(*ranks(3, "--scene", "cornell", "--method", "path", "--size", SIZE, "--time", "0.3", "--out", self.path("a.exr")))
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(os.listdir(self.folder), ["a.exr"])
 
     def test_it_is_told_once(self):
         done = mpirun(*ranks(3, "--scene", "cornell", "--method", "tic", "--size", SIZE, "--spp", "4", "--out", self.path("a.png")))
@@ -155,8 +170,9 @@ class Ranks(unittest.TestCase):
         self.assertEqual(os.listdir(self.folder), [])
 
     def test_a_rank_that_fails_ends_all(self):
-        done = mpirun(*ranks(3, "--scene", self.path("none.jsonl"), "--out", self.path("a.exr")))
+        done = mpirun(*ranks(3, "--scene", self.path("none.jsonl"), "--out", self.path("a.exr")), tmp=self.folder)
         self.assertNotEqual(done.returncode, 0)
+        self.assertEqual([name for name in os.listdir(self.folder) if name.startswith("lumend-")], [])
         self.assertEqual(done.stderr.count("none.jsonl"), 1, "it is rank 0 that reads it")
         self.assertIn("rank 0 of 3 ends all", done.stderr)
         out = ["--scene", "cornell", "--size", SIZE, "--out", self.path("a.exr")]
@@ -168,17 +184,24 @@ class Ranks(unittest.TestCase):
         command = [MPIRUN, *ranks(3, "--scene", "cornell", "--method", "path", "--spp", "4096", "--size", "600x400", "--out", self.path("a.exr"))]
         with subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
             self.addCleanup(lambda: run.poll() is None and run.kill())
+            told = []
             for line in run.stderr:
+                told.append(line)
                 if "samples" in line:  # it is under way
                     break
+            else:
+                self.fail("it ended before it was under way: " + "".join(told) + run.stdout.read())
             found = ranks_of(run.pid)
             self.assertEqual(len(found), 3)
+            ends = [os.pidfd_open(pid) for pid in found]
+            for end in ends:
+                self.addCleanup(os.close, end)
             os.kill(max(found), signal.SIGKILL)
-            stdout, stderr = run.communicate(timeout=120)
+            stdout, stderr = run.communicate()
         self.assertNotEqual(run.returncode, 0)
         self.assertRegex(stdout + stderr, re.compile("killed|signal 9", re.I), "MPICH tells it on stdout")
-        while any(process and process[1] != "Z" for process in map(look_at, found)):  # mpirun does not wait for them
-            time.sleep(0.02)
+        for end in ends:  # mpirun does not wait for them
+            select.select([end], [], [])
 
 
 if __name__ == "__main__":

@@ -1,5 +1,8 @@
 /* A team shares the work of a view: each member comes to the picture, the rays and the records that one alone would,
- * to the bit, at every pass and after edits; and each does a part of it. */
+ * to the bit, at every pass and after edits. Where one is short of memory all end, or none. */
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include "core/base/team.h"
 #include "core/path/guide.h"
 #include "tests/support/crew.h"
@@ -14,7 +17,6 @@ struct seen {
     uint64_t rays[PICTURES][LUM_RAY_KIND_COUNT], tiles[PICTURES][LUM_EFFECT_COUNT];
     uint64_t created[PICTURES], updated[PICTURES], removed[PICTURES];
     double error[PICTURES], noise[PICTURES];
-    uint64_t traced; /* by the member itself, shared or not */
     uint64_t heard_bytes;
 };
 
@@ -154,10 +156,74 @@ static void pictures_are_those_of_one(void **state)
     }
 }
 
+/* ---- memory that is short ---- */
+
+enum { SHORT_PASSES = 5 };
+
+/* The k-th allocation of one pass fails at the last member, which goes on as long as its passes succeed. */
+struct shortage {
+    const char *method;
+    uint32_t pass;
+    uint64_t k;
+};
+
+static void look_short(struct lum_team *team, void *user)
+{
+    const struct shortage *sh = user;
+    struct rig r;
+    begin(&r, sh->method, false);
+    lum_view_join(r.view, team);
+    for (uint32_t i = 0; i < SHORT_PASSES; i++) {
+        struct lum_pass_stats stats;
+        struct lum_error err;
+        if (!r.settings.method->progressive)
+            edit(&r, (int)i);
+        lum_alloc_fail_after(i == sh->pass && team->rank == team->size - 1 ? sh->k : 0);
+        enum lum_status status = lum_view_pass(r.view, r.snapshot, &r.settings, NULL, &stats, &err);
+        lum_alloc_fail_after(0);
+        if (status != LUM_OK)
+            team->kind->give_up(team, err.text);
+    }
+    rig_end(&r);
+}
+
+/* 0: it ended well; CREW_GAVE_UP: one gave up. All else fails. */
+static int exit_of(struct shortage sh)
+{
+    int how = 0;
+    fflush(NULL);
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        crew_run(2, look_short, &sh);
+        _Exit(0);
+    }
+    assert_int_equal(waitpid(child, &how, 0), child);
+    if (!WIFEXITED(how) || (WEXITSTATUS(how) != 0 && WEXITSTATUS(how) != CREW_GAVE_UP))
+        fail_msg("%s: pass %u without its allocation %u: members were not at the same step", sh.method, sh.pass,
+                 (unsigned)sh.k);
+    return WEXITSTATUS(how);
+}
+
+/* Where one alone would go on without something, the members of a team would be at different work. */
+static void short_memory_parts_none(void **state)
+{
+    (void)state;
+    for (uint64_t k = 1; k <= 3; k++) /* the guide, its nodes, and its first cells */
+        assert_int_equal(exit_of((struct shortage){"path", 1, k}), CREW_GAVE_UP);
+    for (uint32_t pass = 2; pass < SHORT_PASSES; pass++) /* more cells */
+        (void)exit_of((struct shortage){"path", pass, 1});
+    int n_whole = 0;
+    for (uint64_t k = 60; k <= 90; k++) /* of the first frame: caches, VPLs, rays that are kept, records, probes */
+        n_whole += exit_of((struct shortage){"live", 0, k}) == 0;
+    assert_true(n_whole > 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pictures_are_those_of_one),
+        cmocka_unit_test(short_memory_parts_none),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
