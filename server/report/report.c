@@ -215,20 +215,25 @@ static bool is_dark(const uint8_t rgb[3])
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2] < 0.18;
 }
 
-/* What a plan shows of a point: lx, or UGR of eyes. NAN: nothing glares. */
+/* What a plan shows of a point: lx, or UGR of eyes, where there is one. */
 struct shown {
     const char *left_out; /* why; NULL: it is not */
+    const char *no_value; /* likewise */
     double value, stderr_of;
 };
 
 static struct shown shown_at(const struct lum_measured *m, uint32_t i)
 {
     struct lum_meter_reading r = lum_sensor_reading(m->sensor, i);
-    struct shown s = {lum_sensor_left_out(r.clearance), r.lx, r.stderr_lx};
+    struct shown s = {lum_sensor_left_out(r.clearance), NULL, r.lx, r.stderr_lx};
     if (s.left_out || !lum_sensor_has_eyes(&m->desc))
         return s;
     struct lum_ugr ugr = lum_sensor_gaze(m->sensor, i).ugr;
-    return (struct shown){NULL, isfinite(ugr.ugr) ? ugr.ugr : (double)NAN, ugr.stderr_of};
+    const char *none = isfinite(ugr.ugr) ? NULL
+                       : isnan(ugr.ugr)  ? "not known"
+                       : ugr.ugr > 0.0   ? "all is dark but the lamps"
+                                         : "nothing glares";
+    return (struct shown){NULL, none, ugr.ugr, ugr.stderr_of};
 }
 
 /* The steps of EN 12464-1. */
@@ -261,7 +266,7 @@ static void put_look(FILE *f, const struct lum_measured *m, uint32_t i, uint32_t
 
 static void put_value(FILE *f, const struct lum_measured *m, const struct shown *is)
 {
-    if (is->left_out || isnan(is->value))
+    if (is->left_out || is->no_value)
         fputs("&ndash;", f);
     else if (lum_sensor_has_eyes(&m->desc))
         fprintf(f, "%.1f", is->value);
@@ -273,7 +278,7 @@ static void put_cell(FILE *f, const struct lum_measured *m, const struct lum_sca
                      uint32_t y, uint32_t side)
 {
     struct shown is = shown_at(m, i);
-    bool eyes = lum_sensor_has_eyes(&m->desc), empty = is.left_out || isnan(is.value);
+    bool eyes = lum_sensor_has_eyes(&m->desc), empty = is.left_out || is.no_value;
     const uint8_t *rgb = scale->colors[empty ? 0 : lum_scale_color(scale, is.value)];
     fprintf(f, "<rect x=\"%u\" y=\"%u\" width=\"%u\" height=\"%u\" fill=\"", x, y, side, side);
     if (empty)
@@ -284,7 +289,7 @@ static void put_cell(FILE *f, const struct lum_measured *m, const struct lum_sca
     if (is.left_out)
         fprintf(f, "left out: %s", is.left_out);
     else if (empty)
-        fputs("nothing glares", f);
+        fputs(is.no_value, f);
     else
         fprintf(f, eyes ? "UGR %.3g &plusmn; %.2g" : "%.4g lx &plusmn; %.2g", is.value, is.stderr_of);
     fputs("</title></rect>", f);
