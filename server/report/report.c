@@ -248,13 +248,24 @@ static void make_ugr_scale(struct lum_scale *ret)
         lum_palette_color(LUM_PALETTE_EVEN, ((double)i + 0.5) / ret->n_colors, ret->colors[i]);
 }
 
-/* Which way an eye looks that is glared most: from the middle of its cell, as the plan lies, u to the right. */
+/* Which way is down on a plan, of which u is to the right: v, and of a line what is level and square to it. None of one
+ * that stands. */
+static struct lum_vec3d down_of(const struct lum_sensor_desc *d)
+{
+    return d->kind == LUM_SENSOR_LINE ? (struct lum_vec3d){-d->u.z, 0.0, d->u.x} : d->v;
+}
+
+static double part_along(struct lum_vec3 d, struct lum_vec3d axis)
+{
+    double length = lum_v3d_length(axis);
+    return length > 0.0 ? ((double)d.x * axis.x + (double)d.y * axis.y + (double)d.z * axis.z) / length : 0.0;
+}
+
+/* Which way an eye looks that is glared most: from the middle of its cell, as the plan lies. */
 static void put_look(FILE *f, const struct lum_measured *m, uint32_t i, uint32_t x, uint32_t y, uint32_t side)
 {
     struct lum_vec3 d = lum_sensor_direction(m->sensor, lum_sensor_gaze(m->sensor, i).direction);
-    double u = lum_v3d_length(m->desc.u), v = lum_v3d_length(m->desc.v), dx, dy;
-    dx = ((double)d.x * m->desc.u.x + (double)d.y * m->desc.u.y + (double)d.z * m->desc.u.z) / u;
-    dy = ((double)d.x * m->desc.v.x + (double)d.y * m->desc.v.y + (double)d.z * m->desc.v.z) / v;
+    double dx = part_along(d, m->desc.u), dy = part_along(d, down_of(&m->desc));
     double length = hypot(dx, dy), cx = x + 0.5 * side, cy = y + 0.5 * side, r = 0.48 * side;
     if (!(length > 1e-3))
         return;
