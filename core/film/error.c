@@ -1,4 +1,5 @@
 #include "core/film/error_map.h"
+#include "core/math/sampler.h"
 
 /* Let A = t + a and B = t + b be the means of a pixel's halves, t the truth; a and b are independent with mean 0. The
  * picture is (A + B) / 2. Then, exactly,
@@ -22,6 +23,8 @@
  * Halves of unlike size, as of an odd number of samples, are weighed so that D has the right mean: the variance of
  * A - B is s^2 (na + nb) / (na nb) for samples of variance s^2, that of the picture s^2 / (na + nb). */
 #define SIDE 8u /* of a block */
+/* Of a picture with one sample, so many are looked at: it is one in motion, and whoever moves it waits. 512 x 512. */
+#define BLOCKS_BESIDE 4096u
 
 /* Rec.709 luminance of three sums, in double. */
 static double luminance_of(const double *sum)
@@ -76,32 +79,43 @@ static bool sum_block(const struct lum_film *f, uint32_t x0, uint32_t y0, look_f
     return true;
 }
 
-static struct lum_film_error error_by(const struct lum_film *film, look_fn look)
+/* Of one in `stride` blocks in a row of all, which one is drawn. Then the sums are off by which blocks these are, too:
+ * by the variance of as many that are drawn from all, at most. rel^2 goes by the square of light. */
+static struct lum_film_error error_by(const struct lum_film *film, look_fn look, uint32_t stride)
 {
-    double square = 0.0, square2 = 0.0, light = 0.0, n = (double)film->w * film->h;
-    for (uint32_t y = 0; y < film->h; y += SIDE)
-        for (uint32_t x = 0; x < film->w; x += SIDE) {
-            struct sums s;
-            if (!sum_block(film, x, y, look, &s))
-                return LUM_FILM_ERROR_UNKNOWN;
-            square += s.square;
-            square2 += s.square * s.square;
-            light += s.light;
-        }
-    if (!(light > 0.0))
-        return (struct lum_film_error){0.0, 0.0, n, 1.0};
-    double most = square > 0.0 ? square * exp(LUM_SURE * sqrt(2.0 * square2) / square) : 0.0;
+    double square = 0.0, square2 = 0.0, light = 0.0, light2 = 0.0, n = 0.0;
+    uint32_t nx = (film->w + SIDE - 1) / SIDE, n_blocks = nx * ((film->h + SIDE - 1) / SIDE);
+    for (uint32_t first = 0; first < n_blocks; first += stride) {
+        uint32_t left = n_blocks - first,
+                 i = first + (stride > 1 ? lum_hash_u32(first) : 0) % (left < stride ? left : stride);
+        uint32_t x = i % nx * SIDE, y = i / nx * SIDE;
+        struct sums s;
+        if (!sum_block(film, x, y, look, &s))
+            return LUM_FILM_ERROR_UNKNOWN;
+        square += s.square;
+        square2 += s.square * s.square;
+        light += s.light;
+        light2 += s.light * s.light;
+        n += (double)(film->w - x < SIDE ? film->w - x : SIDE) * (film->h - y < SIDE ? film->h - y : SIDE);
+    }
+    if (!(light > 0.0)) /* by one sample, light may only not have been found */
+        return look == look_at ? (struct lum_film_error){0.0, 0.0, n, 1.0} : LUM_FILM_ERROR_UNKNOWN;
+    double variance = square > 0.0 ? 2.0 * square2 / (square * square) : 0.0;
+    if (stride > 1)
+        variance = 1.5 * variance + 4.0 * light2 / (light * light);
+    double most = square * exp(LUM_SURE * sqrt(variance));
     return (struct lum_film_error){sqrt(square * n) / light, sqrt(most * n) / light, n, 1.0};
 }
 
 struct lum_film_error lum_film_error(const struct lum_film *film)
 {
-    return error_by(film, look_at);
+    return error_by(film, look_at, 1);
 }
 
 struct lum_film_error lum_film_error_at_most(const struct lum_film *film)
 {
-    return error_by(film, look_beside);
+    uint32_t n_blocks = ((film->w + SIDE - 1) / SIDE) * ((film->h + SIDE - 1) / SIDE);
+    return error_by(film, look_beside, (n_blocks + BLOCKS_BESIDE - 1) / BLOCKS_BESIDE);
 }
 
 void lum_error_map_add_halves(struct lum_error_map *map, const struct lum_film *film)

@@ -61,7 +61,8 @@ struct lum_film_error {
  * Light that no sample has found yet is not in it. */
 struct lum_film_error lum_film_error(const struct lum_film *film);
 /* Of a film with one sample in each pixel: as above, from pixels side by side, if all are independent of each other.
- * Edges count as noise, so that `rel` is no less than the error in the mean. Unknown of a single column. */
+ * Edges count as noise, so that `rel` is no less than the error in the mean. Unknown of a single column, and of black.
+ */
 struct lum_film_error lum_film_error_at_most(const struct lum_film *film);
 
 enum lum_tone_map { LUM_TONE_AGX, LUM_TONE_ACES, LUM_TONE_REINHARD, LUM_TONE_NONE };

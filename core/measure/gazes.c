@@ -9,17 +9,24 @@
 #define RAYS_ALL 2048u /* of all lamps, where that leaves as many for each */
 #define RAYS_ALL_CLOSELY 8192u
 
+/* What one has seen; what it knows of a place where it had none is nothing. */
+struct gaze {
+    bool has_place;
+    struct lum_glare glare;
+};
+
 struct lum_gazes {
     uint32_t n, looked, looked_closely;
-    struct lum_glare *glares; /* of the first `looked` */
+    uint64_t n_rays;
+    struct gaze *all;
 };
 
 enum lum_status lum_gazes_create(uint32_t n, struct lum_gazes **ret_gazes, struct lum_error *err)
 {
     struct lum_gazes *g = lum_calloc(1, sizeof *g);
     if (g)
-        *g = (struct lum_gazes){.n = n, .glares = lum_calloc(n, sizeof *g->glares)};
-    if (!g || !g->glares) {
+        *g = (struct lum_gazes){.n = n, .all = lum_calloc(n, sizeof *g->all)};
+    if (!g || !g->all) {
         lum_gazes_destroy(g);
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for %u observers", n);
     }
@@ -31,7 +38,7 @@ void lum_gazes_destroy(struct lum_gazes *g)
 {
     if (!g)
         return;
-    lum_free(g->glares);
+    lum_free(g->all);
     lum_free(g);
 }
 
@@ -40,15 +47,18 @@ enum lum_status lum_gazes_copy(const struct lum_gazes *of, struct lum_gazes **re
     enum lum_status st = lum_gazes_create(of->n, ret_gazes, err);
     if (st)
         return st;
-    (*ret_gazes)->looked = of->looked;
-    (*ret_gazes)->looked_closely = of->looked_closely;
-    memcpy((*ret_gazes)->glares, of->glares, of->looked * sizeof *of->glares);
+    struct gaze *all = (*ret_gazes)->all;
+    memcpy(all, of->all, of->n * sizeof *all);
+    **ret_gazes = *of;
+    (*ret_gazes)->all = all;
     return LUM_OK;
 }
 
 void lum_gazes_forget(struct lum_gazes *g)
 {
+    memset(g->all, 0, g->n * sizeof *g->all);
     g->looked = g->looked_closely = 0;
+    g->n_rays = 0;
 }
 
 struct job {
@@ -63,24 +73,44 @@ static void look_job(void *ctx, uint32_t job, uint32_t worker)
     const struct job *j = ctx;
     uint32_t i = j->first + job;
     struct lum_gazer who = j->look->gazer(j->look->user, i);
-    j->gazes->glares[i] = (struct lum_glare){0};
+    struct gaze *is = &j->gazes->all[i];
+    *is = (struct gaze){.has_place = who.has_place};
     if (who.has_place)
-        lum_glare_of(j->look->snapshot, &who.observer, j->n_rays, j->look->seed, &j->gazes->glares[i]);
+        lum_glare_of(j->look->snapshot, &who.observer, j->n_rays, j->look->seed, &is->glare);
+}
+
+/* Of one look at all lamps; those without an extent take one. */
+static uint64_t rays_of_look(const struct lum_light_table *lights, uint32_t each)
+{
+    uint64_t n = 0;
+    for (uint32_t i = 0; i < lights->n_active; i++)
+        n += lights->lights[lights->active[i]].delta ? 1 : each;
+    return n > 0 ? n : 1;
 }
 
 bool lum_gazes_look(struct lum_gazes *g, const struct lum_gazes_look *look)
 {
     uint32_t *looked = look->closely ? &g->looked_closely : &g->looked;
     uint32_t all = look->closely ? RAYS_ALL_CLOSELY : RAYS_ALL, most = look->closely ? RAYS_MOST_CLOSELY : RAYS_MOST;
-    uint32_t rays = all / (look->snapshot->lights.n_active + 1), n = g->n - *looked;
-    n = n < look->n ? n : look->n;
-    struct job j = {g, look, *looked, rays < RAYS_LEAST ? RAYS_LEAST : rays > most ? most : rays};
+    uint32_t each = all / (look->snapshot->lights.n_active + 1), left = g->n - *looked;
+    each = each < RAYS_LEAST ? RAYS_LEAST : each > most ? most : each;
+    uint64_t rays = rays_of_look(&look->snapshot->lights, each), fit = look->n_rays / rays;
+    uint32_t at_once = lum_pool_size(look->pool); /* take no longer than one does */
+    fit = fit > at_once ? fit : at_once;
+    uint32_t n = fit < left ? (uint32_t)fit : left;
+    struct job j = {g, look, *looked, each};
     (void)lum_pool_run(look->pool, n, look_job, &j, NULL); /* nobody cancels it */
     *looked += n;
+    g->n_rays += n * rays;
     return *looked < g->n;
+}
+
+uint64_t lum_gazes_rays(const struct lum_gazes *g)
+{
+    return g->n_rays;
 }
 
 const struct lum_glare *lum_gazes_at(const struct lum_gazes *g, uint32_t i)
 {
-    return i < g->looked ? &g->glares[i] : NULL;
+    return g->all[i].has_place ? &g->all[i].glare : NULL;
 }

@@ -19,18 +19,21 @@ struct lum_gazer {
 typedef struct lum_gazer (*lum_gazer_fn)(const void *user, uint32_t i);
 
 void lum_gazes_forget(struct lum_gazes *gazes);
-/* At most n of those that have not looked: at a glance, of which all are asked first, or closely. False: all have.
- * Thread: as lum_pool_run. */
+/* So many of those that have not looked as n_rays shadow rays are enough for, but at least as many as the pool has
+ * workers: at a glance, or closely, which replaces the glance, if there was one. False: all have. Thread: as
+ * lum_pool_run. */
 struct lum_gazes_look {
     const struct lum_snapshot *snapshot;
     lum_gazer_fn gazer;
     const void *user;
     struct lum_pool *pool;
-    uint32_t n, seed;
+    uint64_t n_rays;
+    uint32_t seed;
     bool closely;
 };
 bool lum_gazes_look(struct lum_gazes *gazes, const struct lum_gazes_look *look);
-/* NULL: not known. */
+uint64_t lum_gazes_rays(const struct lum_gazes *gazes); /* since they were forgotten, or would be if all had a place */
+/* NULL: has not looked, or had no place then. */
 const struct lum_glare *lum_gazes_at(const struct lum_gazes *gazes, uint32_t i);
 
 #endif

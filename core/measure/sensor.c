@@ -5,7 +5,7 @@
 #define GLARE_RAYS 64u    /* of a lamp, at most */
 #define EYE_ROUNDS_MIN 2u /* of each half */
 #define EYE_ROUNDS_MAX 64u
-#define EYE_SAMPLES 64u      /* that take as long as a close look at the lamps, about */
+#define GAZE_RAYS 8u         /* shadow rays that take as long as a path, about */
 #define EYE_ERROR 0.003      /* of DGP, standard: its bands are 0.05 wide */
 #define GLARE_RAYS_ALL 8192u /* of all lamps, where that leaves 4 for each: it takes some milliseconds */
 
@@ -189,7 +189,7 @@ struct lum_meter_reading lum_sensor_cylindrical(const struct lum_sensor *s, uint
 
 uint64_t lum_sensor_samples(const struct lum_sensor *s)
 {
-    return lum_meter_samples(s->meter) + s->eye_paths;
+    return lum_meter_samples(s->meter) + s->eye_paths + (s->gazes ? lum_gazes_rays(s->gazes) / GAZE_RAYS : 0);
 }
 
 void lum_sensor_aim(struct lum_sensor *s, const struct lum_snapshot *snapshot)
@@ -247,13 +247,13 @@ static struct lum_gazer gazer_of(const void *user, uint32_t i)
                               .observer = {lum_sensor_point(s, i / n), lum_sensor_direction(s, i % n)}};
 }
 
-static bool look_from_all(struct lum_sensor *s, struct lum_pool *pool, uint32_t n, bool closely)
+static bool look_from_all(struct lum_sensor *s, struct lum_pool *pool, uint32_t n_samples, bool closely)
 {
     return lum_gazes_look(s->gazes, &(struct lum_gazes_look){.snapshot = s->snapshot,
                                                              .gazer = gazer_of,
                                                              .user = s,
                                                              .pool = pool,
-                                                             .n = n,
+                                                             .n_rays = (uint64_t)n_samples * GAZE_RAYS,
                                                              .seed = s->desc.seed,
                                                              .closely = closely});
 }
@@ -261,8 +261,6 @@ static bool look_from_all(struct lum_sensor *s, struct lum_pool *pool, uint32_t 
 bool lum_sensor_look(struct lum_sensor *s, struct lum_pool *pool, uint32_t n_places, bool glance)
 {
     bool more = lum_meter_look(s->meter, pool, n_places, glance);
-    if (s->gazes && !more)
-        more = look_from_all(s, pool, n_places, false);
     if (s->desc.kind != LUM_SENSOR_OBSERVER || s->looked)
         return more;
     s->looked = true;
@@ -272,6 +270,11 @@ bool lum_sensor_look(struct lum_sensor *s, struct lum_pool *pool, uint32_t n_pla
             glance_around(s, pool);
     }
     return more;
+}
+
+bool lum_sensor_glance_at_lamps(struct lum_sensor *s, struct lum_pool *pool, uint32_t n_samples)
+{
+    return s->gazes && look_from_all(s, pool, n_samples, false);
 }
 
 static struct lum_dgp dgp_of(const struct lum_sensor *s, struct lum_amount eye)
@@ -314,7 +317,7 @@ enum lum_status lum_sensor_refine(struct lum_sensor *s, struct lum_pool *pool, c
     if (!st && !*ret_more && s->eye)
         *ret_more = refine_eye(s, pool, n_samples);
     if (!st && !*ret_more && s->gazes)
-        *ret_more = look_from_all(s, pool, n_samples / EYE_SAMPLES + 1, true);
+        *ret_more = look_from_all(s, pool, n_samples, true);
     return st;
 }
 
@@ -361,7 +364,7 @@ static struct lum_gaze gaze_of(const struct lum_sensor *s, uint32_t i, uint32_t 
     struct lum_meter_reading around = lum_meter_read(s->meter, place);
     const struct lum_glare *glare = lum_gazes_at(s->gazes, place);
     if (!glare || around.clearance != LUM_CLEARANCE_FREE || !(around.stderr_lx >= 0.0))
-        return (struct lum_gaze){.known = false};
+        return (struct lum_gaze){.known = false, .ugr = {(double)NAN, (double)NAN}};
     struct lum_amount background = {around.lx / LUM_PI_D, around.stderr_lx / LUM_PI_D};
     return (struct lum_gaze){.known = true,
                              .direction = direction,
@@ -370,16 +373,25 @@ static struct lum_gaze gaze_of(const struct lum_sensor *s, uint32_t i, uint32_t 
                              .glare = *glare};
 }
 
+/* By UGR: that of darkness has no bound, and would hide all others. */
+static bool is_worse(const struct lum_ugr *a, const struct lum_ugr *b)
+{
+    return isfinite(a->ugr) == isfinite(b->ugr) ? a->ugr > b->ugr : isfinite(a->ugr);
+}
+
 struct lum_gaze lum_sensor_gaze(const struct lum_sensor *s, uint32_t i)
 {
     struct lum_gaze worst = {.known = false};
+    bool dark = false;
     for (uint32_t k = 0; k < s->desc.n_directions; k++) {
         struct lum_gaze is = gaze_of(s, i, k);
         if (!is.known)
             return is;
-        if (k == 0 || is.ugr.ugr > worst.ugr.ugr)
+        dark = dark || is.ugr.ugr == (double)INFINITY;
+        if (k == 0 || is_worse(&is.ugr, &worst.ugr))
             worst = is;
     }
+    worst.dark = dark;
     return worst;
 }
 
@@ -401,7 +413,8 @@ static bool result_of_eyes(const struct lum_sensor *s, struct lum_sensor_result 
         struct lum_gaze is = lum_sensor_gaze(s, i);
         r.n_inside += clearance == LUM_CLEARANCE_INSIDE;
         r.n_covered += clearance == LUM_CLEARANCE_COVERED || clearance == LUM_CLEARANCE_FAR;
-        if (!is.known || (r.n_known++ > 0 && !(is.ugr.ugr > r.ugr.ugr)))
+        r.n_dark += is.dark;
+        if (!is.known || (r.n_known++ > 0 && !is_worse(&is.ugr, &r.ugr)))
             continue;
         r.worst_at = i, r.worst_direction = is.direction;
         r.ugr = is.ugr, r.glare = is.glare, r.mean = is.background;

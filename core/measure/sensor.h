@@ -62,9 +62,10 @@ void lum_sensor_size(const struct lum_sensor *sensor, uint32_t *ret_nu, uint32_t
 struct lum_vec3d lum_sensor_point(const struct lum_sensor *sensor, uint32_t i);
 struct lum_meter_reading lum_sensor_reading(const struct lum_sensor *sensor, uint32_t i);
 struct lum_meter_reading lum_sensor_cylindrical(const struct lum_sensor *sensor, uint32_t i); /* with modelling */
-/* Of eyes: the direction in which one is glared most. */
+/* Of eyes: the direction in which one is glared most, of those where something is lit but lamps, if there is one. */
 struct lum_gaze {
-    bool known;
+    bool known; /* else ugr is NAN */
+    bool dark;  /* in some direction a lamp is all that is lit: UGR is INFINITY */
     uint32_t direction;
     struct lum_ugr ugr;
     struct lum_amount background; /* cd/m2 */
@@ -72,11 +73,15 @@ struct lum_gaze {
 };
 struct lum_gaze lum_sensor_gaze(const struct lum_sensor *sensor, uint32_t i);
 struct lum_vec3 lum_sensor_direction(const struct lum_sensor *sensor, uint32_t direction);
+/* Paths, or what takes as long as them, since it was aimed. */
 uint64_t lum_sensor_samples(const struct lum_sensor *sensor);
 
 /* As of lum_meter_aim, lum_meter_look and lum_meter_refine. */
 void lum_sensor_aim(struct lum_sensor *sensor, const struct lum_snapshot *snapshot);
 bool lum_sensor_look(struct lum_sensor *sensor, struct lum_pool *pool, uint32_t n_places, bool glance);
+/* Of eyes, once lum_sensor_look is done: as long as n_samples take. False: all have, or there are no eyes. May be left
+ * out: refining looks closely in the end. */
+bool lum_sensor_glance_at_lamps(struct lum_sensor *sensor, struct lum_pool *pool, uint32_t n_samples);
 LUM_MUST_USE enum lum_status lum_sensor_refine(struct lum_sensor *sensor, struct lum_pool *pool,
                                                const struct lum_meter_goal *goal, uint32_t n_samples, bool *ret_more,
                                                struct lum_error *err);
@@ -94,6 +99,7 @@ struct lum_sensor_result {
     struct lum_amount eye; /* all light at the eye of an observer, lx */
     struct lum_dgp dgp;
     uint32_t n_bright; /* sources of it */
+    uint32_t n_dark;   /* points of eyes, whose gaze is dark */
 };
 /* True when every point that counts has a value, and there is one. Amounts of none are NAN. */
 bool lum_sensor_result(const struct lum_sensor *sensor, struct lum_sensor_result *ret_result);

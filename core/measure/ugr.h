@@ -41,7 +41,7 @@ void lum_glare_of(const struct lum_snapshot *snapshot, const struct lum_observer
                   uint32_t seed, struct lum_glare *ret_glare);
 
 struct lum_ugr {
-    double ugr, stderr_of; /* -INFINITY: nothing glares */
+    double ugr, stderr_of; /* -INFINITY: nothing glares; INFINITY: a lamp does, and all else is dark */
 };
 struct lum_ugr lum_ugr_of(const struct lum_glare *glare, double background_cd_m2, double background_stderr);
 

@@ -250,12 +250,12 @@ static bool validate_sensor(const struct lum_record_sensor *s, struct lum_proto_
         if (is_given(s, f) && !is_for(f, s->kind))
             return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", f->name, "a sensor of kind %s has no %s",
                                   s->kind, f->name);
-    if (!validate_glare(s, observer, err))
-        return false;
     if (norm(s->normal) == 0.0)
         return invalid(err, "normal", "normal must not be 0 0 0");
     if (norm(s->direction) == 0.0)
         return invalid(err, "direction", "direction must not be 0 0 0");
+    if (!validate_glare(s, observer, err))
+        return false;
     if (faces && !observer && !(norm_of_cross(s->direction, s->normal) > 1e-6 * norm(s->direction) * norm(s->normal)))
         return invalid(err, "direction", "a half cylinder cannot face along its axis, which is normal");
     if (strcmp(s->kind, "line") == 0 && norm(s->u) == 0.0)

@@ -70,11 +70,11 @@ static const struct lum_option_row rows[] = {
         "cylindrical illuminance, too, and its mean over that of the plane: 0.30 to 0.60 by EN 12464-1"},
     {"ugr", SWITCH(ugr), .help =
         "glare of eyes at the points, each looking all around: UGR of the line of sight that is glared most"},
-    {"directions", "N", .fallback = "8", .kind = LUM_OPTION_WHOLE, AT(directions), .min = 1, .max = LUM_LIMIT_DIRECTIONS,
-     .help = "with --ugr: lines of sight of each eye, evenly around, the first along -z"},
+    {"directions", "N", .kind = LUM_OPTION_WHOLE, AT(directions), .min = 1, .max = LUM_LIMIT_DIRECTIONS,
+     .help = "with --ugr: lines of sight of each eye, evenly around, the first along -z (default 8)"},
     {"error", "E", .fallback = "0.01", NUMBER(error, 1e-5, 1), .help =
         "standard error over the value to which each point is measured (of dark ones over a tenth of\n"
-        "the mean)"},
+        "the mean); of UGR that of its background, which it goes by the logarithm of: 0.04 at least"},
     {"target", "LX", POSITIVE(target_lx), .help =
         "the mean that is wanted, such as 500 for writing: said whether it is reached"},
     {"uniformity", "U", .kind = LUM_OPTION_NUMBER, AT(uniformity), .min = 1e-6, .max = 1, .help =
@@ -105,7 +105,7 @@ static enum lum_status take(void *user, size_t i, const char *text, struct lum_e
 enum lum_status lum_measure_options_parse(int argc, char **argv, struct lum_measure_options *ret_options,
                                           struct lum_error *err)
 {
-    struct lum_measure_options o = {.error = 0.01, .directions = 8, .pictures_spp = 32};
+    struct lum_measure_options o = {.error = 0.01, .pictures_spp = 32};
     enum lum_status st = lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), NULL, take, &o, err);
     if (!st && !o.help && !o.scene)
         st = lum_fail(err, LUM_ERR_INVALID, "scene", "--scene NAME|FILE is missing (see: lumend measure --help)");
@@ -119,6 +119,10 @@ enum lum_status lum_measure_options_parse(int argc, char **argv, struct lum_meas
                       "--ugr measures glare: leave --cylindrical, --modelling, --target and --uniformity out");
     if (!st && !o.ugr && o.most_ugr > 0.0)
         st = lum_fail(err, LUM_ERR_INVALID, "most-ugr", "--most-ugr is for --ugr");
+    if (!st && !o.ugr && o.directions > 0)
+        st = lum_fail(err, LUM_ERR_INVALID, "directions", "--directions is for --ugr");
+    if (o.directions == 0)
+        o.directions = 8;
     o.has_grid = o.ugr || o.on || o.has_area || o.has_height || o.has_border || o.spacing_m > 0.0 || o.cylindrical ||
                  o.modelling || o.target_lx > 0.0 || o.uniformity > 0.0;
     if (!o.has_height)

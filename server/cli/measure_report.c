@@ -24,7 +24,7 @@ static void print_ugr(double ugr)
     if (isfinite(ugr))
         printf(" %8.1f", ugr);
     else
-        printf(" %8s", "none");
+        printf(" %8s", isnan(ugr) ? "?" : ugr > 0.0 ? "dark" : "none");
 }
 
 static void print_value(const struct lum_measured *m, uint32_t i)
@@ -120,14 +120,15 @@ static bool print_eyes(const struct lum_measured *m)
         printf("no point is left to measure at\n");
         return false;
     }
-    if (!isfinite(r->ugr.ugr))
-        printf("UGR   none: no lamp is in sight, or all else is dark\n");
-    else
-        printf("UGR   %.1f +/- %.2g at most, by formula (CIE 117), of %u lamps; background %.3g cd/m2 +/- %.2g; at x "
-               "%.2f, y "
-               "%.2f, z %.2f, looking along %.2f, %.2f, %.2f\n",
+    if (r->ugr.ugr == -(double)INFINITY)
+        printf("UGR   none: no lamp is in sight\n");
+    else if (isfinite(r->ugr.ugr))
+        printf("UGR   %.1f +/- %.2g at most, by formula (CIE 117), of %u lamps; background %.3g cd/m2 +/- %.2g;"
+               " at x %.2f, y %.2f, z %.2f, looking along %.2f, %.2f, %.2f\n",
                r->ugr.ugr, r->ugr.stderr_of, r->glare.n_sources, r->mean.value, r->mean.stderr_of, at.x, at.y, at.z,
                (double)d.x, (double)d.y, (double)d.z);
+    if (r->n_dark > 0)
+        printf("%u points see a lamp, and all else is dark: UGR has no bound there\n", r->n_dark);
     print_lamps(&r->glare);
     struct lum_sensor_verdicts v = lum_sensor_judge(r, &m->targets);
     return tell_target("UGR", &v.ugr, m->targets.ugr);
@@ -140,6 +141,8 @@ static bool print_observer(const struct lum_measured *m)
         printf("UGR   none: too far from the scene\n");
     else if (r->ugr.ugr == -(double)INFINITY)
         printf("UGR   none: no lamp is in sight\n");
+    else if (r->ugr.ugr == (double)INFINITY)
+        printf("UGR   none: all is dark but the lamps\n");
     else
         printf("UGR   %.1f +/- %.2g, by formula (CIE 117), of %u lamps; background %.3g cd/m2 +/- %.2g\n", r->ugr.ugr,
                r->ugr.stderr_of, r->glare.n_sources, r->mean.value, r->mean.stderr_of);

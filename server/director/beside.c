@@ -6,8 +6,8 @@
 
 #define SLICE_NS 8e6 /* an edit that comes into a rest waits no longer for its frame */
 #define SHARE_AWAITED 0.25
-#define SHARE_AWAITED_AT_REST                                                                                          \
-    4.0 /* the picture shows the scene as it is, and only grows better: it can wait, and somebody does */
+/* The picture shows the scene as it is, and only grows better: it can wait, and somebody does. */
+#define SHARE_AWAITED_AT_REST 4.0
 #define SHARE_REFINES 0.1
 /* Of the share, at most: before the first picture of a change, and what a pass of many seconds leaves behind. */
 #define SAVED_STALE_NS 6e7
@@ -44,11 +44,12 @@ static void count_time(struct lum_beside *b, enum lum_need need, bool stale)
     b->counted_ns = now;
 }
 
-/* Between passes all that may be taken before a first picture at once: workers are slow to wake on a busy machine. */
-static void work(struct lum_director *d, const enum lum_need of_kinds[N_KINDS], bool busy)
+/* Between passes all that may be taken before a first picture at once: workers are slow to wake on a busy machine. At
+ * rest an edit may come at any time, and slices stay short: there are more of them. */
+static void work(struct lum_director *d, const enum lum_need of_kinds[N_KINDS], bool stale)
 {
     struct lum_beside *b = &d->beside;
-    double slice_ns = busy ? fmax(SLICE_NS, fmin(b->saved_ns, SAVED_STALE_NS)) : SLICE_NS;
+    double slice_ns = stale ? fmax(SLICE_NS, fmin(b->saved_ns, SAVED_STALE_NS)) : SLICE_NS;
     int64_t from = lum_clock_ns();
     do
         b->turn = (b->turn + 1) % N_KINDS;
@@ -65,7 +66,7 @@ enum lum_beside_state lum_director_work_beside(struct lum_director *d, const str
     enum lum_need of_kinds[N_KINDS], need = needs(d, busy, of_kinds);
     count_time(b, need, busy && view->stale);
     if (need && (!busy || b->saved_ns > 0.0))
-        work(d, of_kinds, busy);
+        work(d, of_kinds, busy && view->stale);
     lum_director_tell_sensors(d);
     if (!needs(d, busy, of_kinds))
         return LUM_BESIDE_DONE;

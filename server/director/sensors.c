@@ -22,7 +22,7 @@
 #define SAMPLES_MIN 256u
 #define SAMPLES_MAX 65536u
 
-enum stage { STAGE_NEW, STAGE_LOOKING, STAGE_REFINING, STAGE_SETTLED, STAGE_FAILED };
+enum stage { STAGE_NEW, STAGE_LOOKING, STAGE_GLANCING, STAGE_REFINING, STAGE_SETTLED, STAGE_FAILED };
 
 /* A sensor of the scene. */
 struct entry {
@@ -51,7 +51,9 @@ struct lum_director_sensors {
     struct watcher *watchers;
     struct entry *turn;                 /* who was refined last */
     uint64_t document_rev;              /* that the entries are of */
+    uint32_t n_lamps;                   /* when ns_per_place was measured: it hangs on them */
     double ns_per_place, ns_per_sample; /* measured */
+    double ns_per_glance;               /* likewise, of eyes: a sample of what looks at lamps */
     int64_t told_ns;
 };
 
@@ -302,12 +304,18 @@ static void take_revision(struct entry *e, uint64_t rev)
     e->scene_rev = rev;
 }
 
+/* Nothing of the scene that there is now is known of all points. */
+static bool is_awaited(const struct entry *e)
+{
+    return e->stage == STAGE_LOOKING || e->stage == STAGE_GLANCING;
+}
+
 /* A scene in which other light arrives is measured anew; not before the glance that runs is whole, nor, where passes
  * wait for their time, before its values could be told. */
 static void aim(struct lum_director *d, struct entry *e, bool may_begin)
 {
     const struct lum_snapshot *now = lum_world_lit(&d->world);
-    if (e->stage == STAGE_LOOKING)
+    if (is_awaited(e))
         return;
     if (e->stage != STAGE_NEW && lum_versions_equal(&e->versions, &now->versions)) {
         take_revision(e, now->scene_rev);
@@ -328,15 +336,42 @@ static void fail(struct lum_director *d, struct entry *e, const struct lum_error
     e->stage = STAGE_FAILED; /* until something changes */
 }
 
+/* At least so many that the time of one is known. */
+static uint32_t samples_of(double slice_ns, double ns_per_sample)
+{
+    double fit = ns_per_sample > 0.0 ? slice_ns / ns_per_sample : 0.0;
+    return (uint32_t)fmax(SAMPLES_MIN, fmin(fit, SAMPLES_MAX));
+}
+
 static void look(struct lum_director *d, struct entry *e, double slice_ns)
 {
     struct lum_director_sensors *s = d->sensors;
+    uint32_t n_lamps = lum_world_lit(&d->world)->lights.n_active;
+    if (s->n_lamps != n_lamps)
+        s->ns_per_place = 0.0; /* with too many there is no glance, and a place takes next to nothing */
+    s->n_lamps = n_lamps;
     uint32_t n = s->ns_per_place > 0.0 ? (uint32_t)fmin(slice_ns / s->ns_per_place, LUM_LIMIT_SENSOR_POINTS) : 4;
     n = n > 0 ? n : 1;
     int64_t from = lum_clock_ns();
     bool more = lum_sensor_look(e->sensor, d->world.pool, n, true);
     if (more || s->ns_per_place == 0.0) /* the last slice of a glance has fewer places than n */
         s->ns_per_place = (double)(lum_clock_ns() - from) / n;
+    if (more)
+        return;
+    e->stage = lum_sensor_has_eyes(&e->desc) ? STAGE_GLANCING : STAGE_REFINING;
+    if (e->stage == STAGE_REFINING)
+        keep_result(e);
+}
+
+static void glance_at_lamps(struct lum_director *d, struct entry *e, double slice_ns)
+{
+    struct lum_director_sensors *s = d->sensors;
+    uint64_t before = lum_sensor_samples(e->sensor);
+    int64_t from = lum_clock_ns();
+    bool more = lum_sensor_glance_at_lamps(e->sensor, d->world.pool, samples_of(slice_ns, s->ns_per_glance));
+    uint64_t done = lum_sensor_samples(e->sensor) - before;
+    if (done >= SAMPLES_MIN)
+        s->ns_per_glance = (double)(lum_clock_ns() - from) / (double)done;
     if (more)
         return;
     e->stage = STAGE_REFINING;
@@ -349,8 +384,7 @@ static void refine(struct lum_director *d, struct entry *e, double slice_ns)
     const struct lum_meter_goal goal = {LUM_SENSOR_ERROR, LUM_SENSOR_DARK, LUM_SENSOR_SAMPLES_MAX};
     struct lum_error err;
     bool more = false;
-    double fit = s->ns_per_sample > 0.0 ? slice_ns / s->ns_per_sample : 0.0;
-    uint32_t n = (uint32_t)fmax(SAMPLES_MIN, fmin(fit, SAMPLES_MAX));
+    uint32_t n = samples_of(slice_ns, s->ns_per_sample);
     uint64_t before = lum_sensor_samples(e->sensor);
     int64_t from = lum_clock_ns();
     if (lum_sensor_refine(e->sensor, d->world.pool, &goal, n, &more, &err)) {
@@ -372,7 +406,7 @@ static struct entry *choose(struct lum_director_sensors *s)
     struct entry *oldest = NULL, *first = NULL, *after = NULL;
     bool past = false;
     for (struct entry *e = s->entries; e; e = e->next) {
-        if (e->stage == STAGE_LOOKING && (!oldest || e->scene_rev < oldest->scene_rev))
+        if (is_awaited(e) && (!oldest || e->scene_rev < oldest->scene_rev))
             oldest = e;
         if (e->stage == STAGE_REFINING) {
             first = first ? first : e;
@@ -393,7 +427,7 @@ enum lum_need lum_director_sensors_need(struct lum_director *d, bool busy)
     for (struct entry *e = s->entries; e; e = e->next)
         aim(d, e, may_begin);
     const struct entry *e = choose(s);
-    return !e ? LUM_NEED_NOTHING : e->stage == STAGE_LOOKING ? LUM_NEED_AWAITED : LUM_NEED_REFINES;
+    return !e ? LUM_NEED_NOTHING : is_awaited(e) ? LUM_NEED_AWAITED : LUM_NEED_REFINES;
 }
 
 void lum_director_measure(struct lum_director *d, double slice_ns)
@@ -401,6 +435,8 @@ void lum_director_measure(struct lum_director *d, double slice_ns)
     struct entry *e = d->sensors->turn = choose(d->sensors);
     if (e->stage == STAGE_LOOKING)
         look(d, e, slice_ns);
+    else if (e->stage == STAGE_GLANCING)
+        glance_at_lamps(d, e, slice_ns);
     else
         refine(d, e, slice_ns);
 }

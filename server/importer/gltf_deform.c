@@ -25,6 +25,8 @@ static bool add_scaled(struct lum_gltf *g, uint32_t accessor, double weight, con
 bool lum_gltf_morph(struct lum_gltf *g, const cJSON *primitive, const cJSON *weights, struct lum_gltf_vertices *v)
 {
     const cJSON *targets = lum_gltf_list(g, primitive, "targets");
+    enum lum_gltf_kind kind = g->at_kind;
+    uint32_t at = g->at_index;
     const cJSON *target = targets ? targets->child : NULL, *weight = weights ? weights->child : NULL;
     for (; target && weight; target = target->next, weight = weight->next) {
         if (!cJSON_IsNumber(weight) || !isfinite(weight->valuedouble))
@@ -40,7 +42,9 @@ bool lum_gltf_morph(struct lum_gltf *g, const cJSON *primitive, const cJSON *wei
             return false;
         if (normal != LUM_GLTF_NONE && v->normals && !add_scaled(g, normal, weight->valuedouble, v, v->normals, 3))
             return false;
-        if (tangent != LUM_GLTF_NONE && v->tangents && !add_scaled(g, tangent, weight->valuedouble, v, v->tangents, 4))
+        if (tangent != LUM_GLTF_NONE && v->tangents &&
+            !add_scaled(g, tangent, weight->valuedouble, v, v->tangents, 4) &&
+            !lum_gltf_go_on_without(g, "tangents of a morph target", kind, at))
             return false;
     }
     return lum_gltf_ok(g);
@@ -152,15 +156,16 @@ static struct lum_vec3 turn_normal(const struct lum_affined *a, const float *n)
     return lum_normalize(lum_v3((float)r[0], (float)r[1], (float)r[2]));
 }
 
-/* Tangents go as the surface does. Bitangents keep their sign: where the surface is mirrored, the cofactors turn its
- * normals round. */
+/* Tangents go as the surface does, and stay unit, however it is scaled. Bitangents keep their sign: where the surface
+ * is mirrored, the cofactors turn its normals round. */
 static void move_tangent(const struct lum_affined *a, float *t)
 {
     double d[3];
     for (int i = 0; i < 3; i++)
         d[i] = a->m[i][0] * (double)t[0] + a->m[i][1] * (double)t[1] + a->m[i][2] * (double)t[2];
+    double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
     for (int i = 0; i < 3; i++)
-        t[i] = (float)d[i];
+        t[i] = length > 0.0 ? (float)(d[i] / length) : 0.0f;
 }
 
 static void move_vertex(const struct lum_affined *a, struct lum_gltf_vertices *v, uint32_t i)

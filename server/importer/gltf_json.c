@@ -57,6 +57,17 @@ void lum_gltf_warn(struct lum_gltf *g, const char *fmt, ...)
     lum_emit_warning(&g->im->emit, "%s", text);
 }
 
+bool lum_gltf_go_on_without(struct lum_gltf *g, const char *what, enum lum_gltf_kind kind, uint32_t index)
+{
+    struct lum_error why = g->error;
+    if (why.status == LUM_ERR_NOMEM)
+        return false;
+    g->error = (struct lum_error){0};
+    lum_gltf_at(g, kind, index);
+    lum_gltf_warn(g, "%s are not used: %s", what, why.text);
+    return true;
+}
+
 const cJSON *lum_gltf_item(const struct lum_gltf *g, enum lum_gltf_kind kind, uint32_t index)
 {
     return index < g->arrays[kind].n ? g->arrays[kind].items[index] : NULL;

@@ -13,6 +13,8 @@ void lum_gltf_at(struct lum_gltf *g, enum lum_gltf_kind kind, uint32_t index);
 bool lum_gltf_ok(const struct lum_gltf *g);
 /* Keeps the first error; the text is prefixed by "accessors[3]: ". Returns false. */
 bool lum_gltf_fail(struct lum_gltf *g, enum lum_status status, const char *fmt, ...) LUM_PRINTF(3, 4);
+/* The error becomes a warning that names what is not used, at that place. False: memory is short, and it stays. */
+bool lum_gltf_go_on_without(struct lum_gltf *g, const char *what, enum lum_gltf_kind kind, uint32_t index);
 void lum_gltf_warn(struct lum_gltf *g, const char *fmt, ...) LUM_PRINTF(2, 3);
 
 const cJSON *lum_gltf_item(const struct lum_gltf *g, enum lum_gltf_kind kind, uint32_t index);

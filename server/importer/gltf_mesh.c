@@ -1,5 +1,6 @@
 /* Meshes: each primitive becomes one mesh record, or one for each fixture of what shines, shared by all nodes that show
  * it undeformed. */
+#include <math.h>
 #include <string.h>
 
 #include "protocol/base/limits.h"
@@ -37,11 +38,18 @@ static void free_vertices(struct lum_gltf_vertices *v)
     memset(v, 0, sizeof *v);
 }
 
-/* Where the material asks for them; without normals a file's are to be ignored (glTF 2.0, 3.7.2.1). */
+/* Where the material asks for them; without normals a file's are to be ignored (glTF 2.0, 3.7.2.1). uvs do instead of
+ * those that are not as they should be. */
 static bool read_tangents(struct lum_gltf *g, const cJSON *attributes, const struct lum_gltf_material *material,
                           struct lum_gltf_vertices *v)
 {
-    return !material->turns || !v->normals || read_attribute(g, attributes, "TANGENT", 4, v, &v->tangents);
+    enum lum_gltf_kind kind = g->at_kind;
+    uint32_t at = g->at_index;
+    if (!material->turns || !v->normals || read_attribute(g, attributes, "TANGENT", 4, v, &v->tangents))
+        return true;
+    lum_free(v->tangents);
+    v->tangents = NULL;
+    return lum_gltf_go_on_without(g, "tangents", kind, at);
 }
 
 static bool read_vertices(struct lum_gltf *g, const cJSON *primitive, const struct lum_gltf_material *material,
@@ -144,6 +152,17 @@ static bool deform(struct lum_gltf *g, const cJSON *mesh, const cJSON *primitive
            (pose->skin == LUM_GLTF_NONE || lum_gltf_skin(g, primitive, pose->skin, v));
 }
 
+/* What is no direction that a mesh may have becomes none. */
+static void clamp_tangents(struct lum_gltf_vertices *v)
+{
+    for (size_t i = 0; v->tangents && i < v->n; i++) {
+        float *t = v->tangents + 4 * i;
+        if (!(fabsf(t[0]) <= 1e6f) || !(fabsf(t[1]) <= 1e6f) || !(fabsf(t[2]) <= 1e6f))
+            t[0] = t[1] = t[2] = 0.0f;
+        t[3] = t[3] < 0.0f ? -1.0f : 1.0f;
+    }
+}
+
 static void clamp_colors(struct lum_gltf_vertices *v)
 {
     for (size_t i = 0; v->colors && i < 3 * (size_t)v->n; i++)
@@ -171,6 +190,7 @@ static bool send_primitive(struct lum_gltf *g, uint32_t mesh, const cJSON *primi
               deform(g, o, primitive, pose, &v);
     if (ok) {
         clamp_colors(&v);
+        clamp_tangents(&v);
         struct lum_mesh_arrays m = {v.positions, v.normals, v.uvs, v.tangents, v.colors, t.indices, v.n, t.n};
         uint32_t n_lamps = material->shines && material->evenly ? g->n_shown[mesh] : 0;
         enum lum_status status = lum_mesh_send(g->im, &name, &m, n_lamps, ret_parts, &err);

@@ -215,20 +215,25 @@ static bool is_dark(const uint8_t rgb[3])
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2] < 0.18;
 }
 
-/* What a plan shows of a point: lx, or UGR of eyes. NAN: nothing glares. */
+/* What a plan shows of a point: lx, or UGR of eyes, where there is one. */
 struct shown {
     const char *left_out; /* why; NULL: it is not */
+    const char *no_value; /* likewise */
     double value, stderr_of;
 };
 
 static struct shown shown_at(const struct lum_measured *m, uint32_t i)
 {
     struct lum_meter_reading r = lum_sensor_reading(m->sensor, i);
-    struct shown s = {lum_sensor_left_out(r.clearance), r.lx, r.stderr_lx};
+    struct shown s = {lum_sensor_left_out(r.clearance), NULL, r.lx, r.stderr_lx};
     if (s.left_out || !lum_sensor_has_eyes(&m->desc))
         return s;
     struct lum_ugr ugr = lum_sensor_gaze(m->sensor, i).ugr;
-    return (struct shown){NULL, isfinite(ugr.ugr) ? ugr.ugr : (double)NAN, ugr.stderr_of};
+    const char *none = isfinite(ugr.ugr) ? NULL
+                       : isnan(ugr.ugr)  ? "not known"
+                       : ugr.ugr > 0.0   ? "all is dark but the lamps"
+                                         : "nothing glares";
+    return (struct shown){NULL, none, ugr.ugr, ugr.stderr_of};
 }
 
 /* The steps of EN 12464-1. */
@@ -243,13 +248,24 @@ static void make_ugr_scale(struct lum_scale *ret)
         lum_palette_color(LUM_PALETTE_EVEN, ((double)i + 0.5) / ret->n_colors, ret->colors[i]);
 }
 
-/* Which way an eye looks that is glared most: from the middle of its cell, as the plan lies, u to the right. */
+/* Which way is down on a plan, of which u is to the right: v, and of a line what is level and square to it. None of one
+ * that stands. */
+static struct lum_vec3d down_of(const struct lum_sensor_desc *d)
+{
+    return d->kind == LUM_SENSOR_LINE ? (struct lum_vec3d){-d->u.z, 0.0, d->u.x} : d->v;
+}
+
+static double part_along(struct lum_vec3 d, struct lum_vec3d axis)
+{
+    double length = lum_v3d_length(axis);
+    return length > 0.0 ? ((double)d.x * axis.x + (double)d.y * axis.y + (double)d.z * axis.z) / length : 0.0;
+}
+
+/* Which way an eye looks that is glared most: from the middle of its cell, as the plan lies. */
 static void put_look(FILE *f, const struct lum_measured *m, uint32_t i, uint32_t x, uint32_t y, uint32_t side)
 {
     struct lum_vec3 d = lum_sensor_direction(m->sensor, lum_sensor_gaze(m->sensor, i).direction);
-    double u = lum_v3d_length(m->desc.u), v = lum_v3d_length(m->desc.v), dx, dy;
-    dx = ((double)d.x * m->desc.u.x + (double)d.y * m->desc.u.y + (double)d.z * m->desc.u.z) / u;
-    dy = ((double)d.x * m->desc.v.x + (double)d.y * m->desc.v.y + (double)d.z * m->desc.v.z) / v;
+    double dx = part_along(d, m->desc.u), dy = part_along(d, down_of(&m->desc));
     double length = hypot(dx, dy), cx = x + 0.5 * side, cy = y + 0.5 * side, r = 0.48 * side;
     if (!(length > 1e-3))
         return;
@@ -261,7 +277,7 @@ static void put_look(FILE *f, const struct lum_measured *m, uint32_t i, uint32_t
 
 static void put_value(FILE *f, const struct lum_measured *m, const struct shown *is)
 {
-    if (is->left_out || isnan(is->value))
+    if (is->left_out || is->no_value)
         fputs("&ndash;", f);
     else if (lum_sensor_has_eyes(&m->desc))
         fprintf(f, "%.1f", is->value);
@@ -273,7 +289,7 @@ static void put_cell(FILE *f, const struct lum_measured *m, const struct lum_sca
                      uint32_t y, uint32_t side)
 {
     struct shown is = shown_at(m, i);
-    bool eyes = lum_sensor_has_eyes(&m->desc), empty = is.left_out || isnan(is.value);
+    bool eyes = lum_sensor_has_eyes(&m->desc), empty = is.left_out || is.no_value;
     const uint8_t *rgb = scale->colors[empty ? 0 : lum_scale_color(scale, is.value)];
     fprintf(f, "<rect x=\"%u\" y=\"%u\" width=\"%u\" height=\"%u\" fill=\"", x, y, side, side);
     if (empty)
@@ -284,7 +300,7 @@ static void put_cell(FILE *f, const struct lum_measured *m, const struct lum_sca
     if (is.left_out)
         fprintf(f, "left out: %s", is.left_out);
     else if (empty)
-        fputs("nothing glares", f);
+        fputs(is.no_value, f);
     else
         fprintf(f, eyes ? "UGR %.3g &plusmn; %.2g" : "%.4g lx &plusmn; %.2g", is.value, is.stderr_of);
     fputs("</title></rect>", f);

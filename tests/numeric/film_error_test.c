@@ -140,6 +140,40 @@ static void edges_are_noise_to_a_single_sample(void **state)
     }
 }
 
+/* Nothing is known of light that one sample has not found. */
+static void black_tells_nothing_to_a_single_sample(void **state)
+{
+    (void)state;
+    struct lum_film f;
+    uint64_t bad = 0;
+    assert_int_equal(lum_film_init(&f, W, H, NULL), LUM_OK);
+    for (uint32_t i = 0; i < N; i++)
+        lum_film_add(&f, i % W, i / W, 0, lum_grey(0.0f), &bad);
+    assert_true(isnan(lum_film_error_at_most(&f).bound));
+    lum_film_finish(&f);
+}
+
+/* Of a large one a share of the blocks is looked at, evenly over the picture, of which one half is bright and noisy and
+ * the other dark. Noise of 1 in a mean of 5.5: 1 / (5.5 sqrt(2)). The edge between the halves is in no pair. */
+static void a_large_single_sample_is_looked_at_in_part(void **state)
+{
+    (void)state;
+    enum { SIDE = 1024 };
+    struct lum_film f;
+    struct rng rng = {.state = 5};
+    uint64_t bad = 0;
+    assert_int_equal(lum_film_init(&f, SIDE, SIDE, NULL), LUM_OK);
+    for (uint32_t i = 0; i < SIDE * SIDE; i++)
+        lum_film_add(&f, i % SIDE, i / SIDE, 0, lum_grey(i % SIDE < SIDE / 2 ? 1.0f : (float)(10.0 + normal(&rng))),
+                     &bad);
+    struct lum_film_error said = lum_film_error_at_most(&f);
+    double want = 1.0 / (5.5 * sqrt(2.0));
+    if (!(fabs(said.rel / want - 1.0) < 0.05) || !(said.bound > want) || !(said.bound < 1.1 * want))
+        fail_msg("%g, at most %g, not %g", said.rel, said.bound, want);
+    assert_true(said.probes == 512.0 * 512.0);
+    lum_film_finish(&f);
+}
+
 /* Of n squares of 64 pixels each, with Gaussian noise that no two share, E[Y^2] = E[Y]^2 (1 + 2 / 64), and the bound is
  * exp(1.645 sqrt(2 (1 + 2 / 64) / n) / 2) above the error. Of draws, the roots of sums over N pixels, said and true,
  * are off by 1 / sqrt(2 N) each: 0.0009 in the mean of 200; four of those, with both. */
@@ -345,6 +379,8 @@ int main(void)
         cmocka_unit_test(it_covers_any_noise),
         cmocka_unit_test(it_covers_a_single_sample),
         cmocka_unit_test(edges_are_noise_to_a_single_sample),
+        cmocka_unit_test(black_tells_nothing_to_a_single_sample),
+        cmocka_unit_test(a_large_single_sample_is_looked_at_in_part),
         cmocka_unit_test(it_is_not_far_above_plain_noise),
         cmocka_unit_test(it_covers_path_traced_pictures),
         cmocka_unit_test(it_covers_first_samples),

@@ -20,6 +20,8 @@ static struct lum_sensor_result glance(const struct rig *r, struct lum_sensor *s
     struct lum_sensor_result result;
     while (lum_sensor_look(s, r->pool, 7, true))
         continue;
+    while (lum_sensor_glance_at_lamps(s, r->pool, 256))
+        continue;
     assert_true(lum_sensor_result(s, &result));
     return result;
 }
@@ -450,6 +452,115 @@ static void eyes_have_room(void **state)
     rig_end(&r);
 }
 
+/* A chest that is put over eyes, and away again: what they see is told once it is of the room as it is, and never of
+ * where they could not be. */
+static void eyes_know_where_they_were(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 1);
+    rig_room(&r);
+    rig_box(&r, "chest", 0.4, 0.4, 0.4);
+    rig_object(&r, "chest", "chest", "red", rig_v(-1.4, 0.5, 1.4));
+    struct lum_light_desc lamp = rig_quad(rig_v(0, 2, -1), rig_v(0.4, 0, 0), rig_v(0, 0.4, 0), 5000);
+    rig_light(&r, "lamp", &lamp);
+    rig_commit(&r);
+    struct lum_sensor *s = sensor_in(&r, &(struct lum_sensor_desc){.kind = LUM_SENSOR_POINT,
+                                                                   .quantity = LUM_METER_EYE,
+                                                                   .n_directions = 1,
+                                                                   .position = {-1.4, 0.5, 1.4},
+                                                                   .facing = {1, 0, -1}});
+    struct lum_sensor_result is;
+    bool more = true;
+    assert_false(lum_sensor_look(s, r.pool, 7, true));
+    assert_int_equal(lum_sensor_reading(s, 0).clearance, LUM_CLEARANCE_INSIDE);
+    rig_object(&r, "chest", "chest", "red", rig_v(1.4, 0.5, 1.4));
+    rig_commit(&r);
+    lum_sensor_aim(s, r.snapshot);
+    assert_false(lum_sensor_look(s, r.pool, 7, true));
+    assert_false(lum_sensor_glance_at_lamps(s, r.pool, 256));
+    for (int slices = 0; more; slices++) {
+        RIG_OK(lum_sensor_refine(s, r.pool, &one_percent, 4096, &more, &err));
+        struct lum_gaze gaze = lum_sensor_gaze(s, 0);
+        assert_true(gaze.known ? isfinite(gaze.ugr.ugr) : isnan(gaze.ugr.ugr));
+        assert_true(slices > 0 || lum_sensor_reading(s, 0).clearance == LUM_CLEARANCE_FREE);
+    }
+    assert_true(lum_sensor_result(s, &is) && isfinite(is.ugr.ugr));
+    lum_sensor_destroy(s);
+    rig_end(&r);
+}
+
+/* However many lamps there are, a slice of looking at them is as long as was asked for, or one eye's for each worker,
+ * and says how long it was: at a glance, and closely. */
+static void looks_at_many_lamps_are_short(void **state)
+{
+    (void)state;
+    enum { LAMPS = 600, EYES = 400, LOOK = LAMPS * 16 / 8 /* samples, at most, of one */ };
+    struct rig r;
+    rig_begin(&r, 2);
+    rig_square(&r, "crumb", 0.01);
+    rig_diffuse_object(&r, "crumb", "grey", 0.5f, rig_v(0, -20, 0));
+    for (int i = 0; i < LAMPS; i++) {
+        char id[16];
+        struct lum_light_desc lamp = rig_quad(rig_v(i % 30, 3, i / 30), rig_v(0.1, 0, 0), rig_v(0, 0, 0.1), 100);
+        snprintf(id, sizeof id, "lamp%d", i);
+        rig_light(&r, id, &lamp);
+    }
+    rig_commit(&r);
+    struct lum_sensor *s = sensor_in(&r, &(struct lum_sensor_desc){.kind = LUM_SENSOR_LINE,
+                                                                   .quantity = LUM_METER_EYE,
+                                                                   .n_directions = 1,
+                                                                   .u = {10, 0, 0},
+                                                                   .spacing_m = 10.0 / EYES,
+                                                                   .facing = {0, 0, 1}});
+    while (lum_sensor_look(s, r.pool, EYES, true))
+        continue;
+    assert_int_equal(lum_sensor_samples(s), 0);
+    for (bool more = true; more;) {
+        uint64_t before = lum_sensor_samples(s);
+        more = lum_sensor_glance_at_lamps(s, r.pool, 256);
+        uint64_t done = lum_sensor_samples(s) - before;
+        assert_true(done > 0 && done <= 2 * LOOK);
+    }
+    const struct lum_meter_goal loose = {0.5, 0.1, 4096};
+    for (bool more = true; more;) {
+        uint64_t before = lum_sensor_samples(s);
+        RIG_OK(lum_sensor_refine(s, r.pool, &loose, 65536, &more, &err));
+        uint64_t done = lum_sensor_samples(s) - before;
+        assert_true(done > 0 || !more || before == 0);
+        assert_true(done <= 65536 + 2 * LOOK);
+    }
+    lum_sensor_destroy(s);
+    rig_end(&r);
+}
+
+/* Ahead (+z) there is nothing but a lamp: UGR has no bound. Behind, where a lamp lights a floor, it has: that is what
+ * is told, with the number of points that are dark elsewhere. */
+static void darkness_hides_no_glare(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 1);
+    rig_square(&r, "floor", 1);
+    rig_diffuse_object(&r, "floor", "grey", 0.5f, rig_v(0, -1, -2));
+    struct lum_light_desc behind = rig_quad(rig_v(0, 1, -3), rig_v(0.4, 0, 0), rig_v(0, 0.4, 0), 5000),
+                          ahead = rig_quad(rig_v(0, 1, 3), rig_v(-0.4, 0, 0), rig_v(0, 0.4, 0), 5000);
+    rig_light(&r, "behind", &behind);
+    rig_light(&r, "ahead", &ahead);
+    rig_commit(&r);
+    struct lum_sensor_desc d = {.kind = LUM_SENSOR_POINT, .quantity = LUM_METER_EYE, .facing = {0, 0, 1}};
+    for (d.n_directions = 1; d.n_directions <= 2; d.n_directions++) {
+        struct lum_sensor *s = sensor_in(&r, &d);
+        glance(&r, s);
+        struct lum_sensor_result is = settle(&r, s, &one_percent);
+        assert_int_equal(is.n_dark, 1);
+        assert_int_equal(is.worst_direction, d.n_directions - 1);
+        assert_true(d.n_directions == 1 ? is.ugr.ugr == (double)INFINITY : isfinite(is.ugr.ugr));
+        lum_sensor_destroy(s);
+    }
+    rig_end(&r);
+}
+
 /* Fog that absorbs, in a box of 2 m whose one side the eye looks at from 1 m, dims the sky of the background as it dims
  * that of a plane that is held there: by a glance and by paths. */
 static void fog_dims_the_background(void **state)
@@ -493,6 +604,9 @@ int main(void)
         cmocka_unit_test(one_lamp_glares_as_the_formula_says),
         cmocka_unit_test(eyes_are_glared_as_observers_are),
         cmocka_unit_test(eyes_have_room),
+        cmocka_unit_test(eyes_know_where_they_were),
+        cmocka_unit_test(looks_at_many_lamps_are_short),
+        cmocka_unit_test(darkness_hides_no_glare),
         cmocka_unit_test(fog_dims_the_background),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -304,14 +304,15 @@ static void skin_at_rest_pose(void **state)
 }
 
 /* A triangle with normals and tangents, in joints of which the second mirrors x. Values: from tangents of the file. */
-static bool import_tangents(struct kit *k, const char *material, const char *attributes, const char *mesh, bool skin)
+static bool import_these_tangents(struct kit *k, const char *material, const char *attributes, const char *mesh,
+                                  bool skin, float last, const char *type)
 {
     struct {
         float p[9], n[9], t[12], delta[9];
         uint8_t joints[3][4];
         float weights[3][4];
     } b = {.n = {0, 0, 1, 0, 0, 1, 0, 0, 1},
-           .t = {1, 0, 0, 1, 0, 1, 0, -1, 0.5f, 0, 0, 1},
+           .t = {1, 0, 0, 1, 0, 1, 0, -1, last, 0, 0, 1},
            .delta = {0, 0, 0, 0, 2, 0, 0, 0, 0},
            .joints = {{0}, {0}, {0}},
            .weights = {{1}, {1}, {1}}};
@@ -323,15 +324,20 @@ static bool import_tangents(struct kit *k, const char *material, const char *att
              "{\"buffer\":0,\"byteLength\":156},{\"buffer\":0,\"byteOffset\":156,\"byteLength\":60}],\"accessors\":["
              "{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
              "{\"bufferView\":0,\"byteOffset\":36,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
-             "{\"bufferView\":0,\"byteOffset\":72,\"componentType\":5126,\"count\":3,\"type\":\"VEC4\"},"
+             "{\"bufferView\":0,\"byteOffset\":72,\"componentType\":5126,%s},"
              "{\"bufferView\":0,\"byteOffset\":120,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
              "{\"bufferView\":1,\"componentType\":5121,\"count\":3,\"type\":\"VEC4\"},"
              "{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5126,\"count\":3,\"type\":\"VEC4\"}],"
              "\"materials\":[%s],\"skins\":[{\"joints\":[1]}],\"meshes\":[{\"primitives\":[{\"material\":0,"
              "\"attributes\":{\"POSITION\":0,\"TANGENT\":2%s},\"targets\":[{\"TANGENT\":3}]}]%s}],"
              "\"nodes\":[{\"mesh\":0%s},{\"scale\":[-1,1,1]}]}",
-             material, attributes, mesh, skin ? ",\"skin\":0" : "");
+             type, material, attributes, mesh, skin ? ",\"skin\":0" : "");
     return kit_import_gltf(k, json, &b, sizeof b);
+}
+
+static bool import_tangents(struct kit *k, const char *material, const char *attributes, const char *mesh, bool skin)
+{
+    return import_these_tangents(k, material, attributes, mesh, skin, 0.5f, "\"count\":3,\"type\":\"VEC4\"");
 }
 
 #define BRUSHED "{\"extensions\":{\"KHR_materials_anisotropy\":{\"anisotropyStrength\":1}}}"
@@ -342,7 +348,7 @@ static void tangents(void **state)
 {
     static const float as_given[12] = {1, 0, 0, 1, 0, 1, 0, -1, 0.5f, 0, 0, 1},
                        morphed[12] = {1, 0, 0, 1, 0, 2, 0, -1, 0.5f, 0, 0, 1},
-                       mirrored[12] = {-1, 0, 0, 1, 0, 1, 0, -1, -0.5f, 0, 0, 1};
+                       mirrored[12] = {-1, 0, 0, 1, 0, 1, 0, -1, -1, 0, 0, 1};
     struct kit *k = *state;
     assert_true(import_tangents(k, BRUSHED, ",\"NORMAL\":1", "", false));
     assert_floats(&kit_only(k, LUM_RECORD_MESH)->mesh.tangents, as_given, 12);
@@ -356,6 +362,31 @@ static void tangents(void **state)
     assert_int_equal(kit_only(k, LUM_RECORD_MESH)->mesh.tangents.n, 0);
     assert_true(import_tangents(k, "{}", ",\"NORMAL\":1", "", false));
     assert_int_equal(kit_only(k, LUM_RECORD_MESH)->mesh.tangents.n, 0);
+}
+
+/* One that is no number, too few of them, or without a side: all are left out, and told; the rest is imported. */
+static void bad_tangents(void **state)
+{
+    static const struct {
+        float last;
+        const char *type, *told;
+    } cases[] = {
+        {NAN, "\"count\":3,\"type\":\"VEC4\"",
+         "meshes[0]: tangents are not used: accessors[2]: element 2 is not finite"},
+        {0.5f, "\"count\":2,\"type\":\"VEC4\"", "TANGENT has 2 elements, POSITION 3"},
+        {0.5f, "\"count\":3,\"type\":\"VEC3\"", "has 3 components where 4 are needed"},
+    };
+    struct kit *k = *state;
+    for (size_t i = 0; i < LUM_ARRAY_LEN(cases); i++) {
+        assert_true(import_these_tangents(k, BRUSHED, ",\"NORMAL\":1", "", false, cases[i].last, cases[i].type));
+        assert_true(kit_warned(k, cases[i].told));
+        const struct lum_record_mesh *m = &kit_only(k, LUM_RECORD_MESH)->mesh;
+        assert_int_equal(m->tangents.n, 0);
+        assert_int_equal(m->normals.n, 9);
+    }
+    /* finite, but more than a mesh may hold */
+    assert_true(import_these_tangents(k, BRUSHED, ",\"NORMAL\":1", "", false, 1e30f, cases[0].type));
+    assert_floats(&kit_only(k, LUM_RECORD_MESH)->mesh.tangents, (float[]){1, 0, 0, 1, 0, 1, 0, -1, 0, 0, 0, 1}, 12);
 }
 
 static void ids_are_readable_and_unique(void **state)
@@ -452,6 +483,7 @@ int main(void)
         TEST(morph_targets_at_their_weights),
         TEST(skin_at_rest_pose),
         TEST(tangents),
+        TEST(bad_tangents),
         TEST(ids_are_readable_and_unique),
         TEST(refusals_name_the_place),
         TEST(deep_chains_are_fine),

@@ -348,7 +348,9 @@ static void eyes_are_told(void **state)
         "\"u\":[1,0,0],\"v\":[0,0.5,0.5],\"luminance_cd_m2\":3000}\n"
         "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"all\",\"kind\":\"grid\",\"quantity\":\"ugr\",\"position\":"
         "[0,1.2,0],\"u\":[2,0,0],\"v\":[0,0,2],\"spacing_m\":1,\"directions\":4,\"target_ugr\":5}\n"
-        "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"eye\",\"kind\":\"observer\",\"position\":[0.5,1.2,0.5]}\n");
+        "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"eye\",\"kind\":\"observer\",\"position\":[0.5,1.2,0.5]}\n"
+        "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"row\",\"kind\":\"line\",\"quantity\":\"ugr\",\"position\":"
+        "[0,1.2,0],\"u\":[0,0,2],\"spacing_m\":1,\"direction\":[0,0,-1]}\n");
     assert_int_equal(cli_run(lum_cmd_measure, "measure --scene @eyes.jsonl --json @e.json --csv @e.csv --html @e.html "
                                               "--pictures 0"),
                      LUM_EXIT_FAILED); /* the target is missed */
@@ -372,10 +374,11 @@ static void eyes_are_told(void **state)
     assert_null(cJSON_GetObjectItem(all, "em_lx"));
     assert_int_equal(count(csv, "all,ugr,"), 4);
     assert_int_equal(count(csv, "eye,ugr,"), 1);
-    assert_int_equal(count(page, "</title></rect>"), 4);
+    assert_int_equal(count(page, "</title></rect>"), 6);
     assert_non_null(strstr(page, "aria-label=\"UGR of each point\""));
     assert_non_null(strstr(page, "below 19</span>"));
-    assert_non_null(strstr(page, "Worst UGR of 2 observers"));
+    assert_non_null(strstr(page, "Worst UGR of 3 observers"));
+    assert_non_null(strstr(page, "<path d=\"M1.2 30.0L")); /* of a row along z, in cells of 60: back along it */
     cJSON_Delete(o);
     free(json);
     free(csv);
@@ -481,6 +484,7 @@ static void what_cannot_be_measured_is_refused(void **state)
         {"--csv @no/such.csv", LUM_EXIT_FAILED},
         {"--ugr --target 500", LUM_EXIT_USAGE},
         {"--most-ugr 19", LUM_EXIT_USAGE},
+        {"--directions 4", LUM_EXIT_USAGE},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char line[256];

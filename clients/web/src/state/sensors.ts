@@ -41,7 +41,7 @@ export interface SensorReading {
     nv: number;
     /** What its points tell; of an observer ''. */
     quantity: string;
-    /** Of each point, row by row, lx or UGR; null: left out, or nothing glares. Empty: they were not asked for. */
+    /** Of each point, row by row, lx or UGR; null: left out, not known, nothing glares, or all but the lamps is dark. Empty: they were not asked for. */
     values: (number | null)[];
     em: Value | null;
     emin: Value | null;
