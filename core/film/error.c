@@ -98,8 +98,8 @@ static struct lum_film_error error_by(const struct lum_film *film, look_fn look,
         light2 += s.light * s.light;
         n += (double)(film->w - x < SIDE ? film->w - x : SIDE) * (film->h - y < SIDE ? film->h - y : SIDE);
     }
-    if (!(light > 0.0)) /* by one sample, light may only not have been found */
-        return look == look_at ? (struct lum_film_error){0.0, 0.0, n, 1.0} : LUM_FILM_ERROR_UNKNOWN;
+    if (!(light > 0.0)) /* it may only not have been found, and there is nothing that the error could be a part of */
+        return LUM_FILM_ERROR_UNKNOWN;
     double variance = square > 0.0 ? 2.0 * square2 / (square * square) : 0.0;
     if (stride > 1)
         variance = 1.5 * variance + 4.0 * light2 / (light * light);

@@ -54,11 +54,12 @@ struct lum_film_error {
     double fresh;  /* 0 to 1: how much of it is of this picture; the rest is of those before it */
 };
 #define LUM_FILM_ERROR_UNKNOWN ((struct lum_film_error){.rel = (double)NAN, .bound = (double)NAN})
+#define LUM_MANY_PROBES 256.0 /* of fewer `rel` says little: bounds are wide */
 #define LUM_SURE 1.645 /* deviations: less than so much above its mean is a normal variable in 95 % of all cases */
 
-/* Of the mean of both halves; unknown until each pixel has a sample in both. Asks only that the halves are independent
- * of each other, and blocks of 8 x 8 pixels: the noise in them may be of any kind, alike in near pixels, and rare.
- * Light that no sample has found yet is not in it. */
+/* Of the mean of both halves; unknown until each pixel has a sample in both, and of black. Asks only that the halves
+ * are independent of each other, and blocks of 8 x 8 pixels: the noise in them may be of any kind, alike in near
+ * pixels, and rare. Light that no sample has found yet is not in it. */
 struct lum_film_error lum_film_error(const struct lum_film *film);
 /* Of a film with one sample in each pixel: as above, from pixels side by side, if all are independent of each other.
  * Edges count as noise, so that `rel` is no less than the error in the mean. Unknown of a single column, and of black.

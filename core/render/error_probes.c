@@ -12,7 +12,13 @@
  * of the two is worse, and grow by that, was worse itself: outliers make noise look larger than it is in the mean.) */
 #define PER_PAIR 256u
 #define MAX_PROBES 4096u /* of 16 pairs each. Fewer: what few pixels have is missed; more: memory and time */
-#define ENOUGH 256u      /* of fewer the deviation is not known: they may all have missed what is far off */
+
+/* Fewer probes say nothing: what a tenth of them would meet, all of these miss in 3 % of the draws. And few may all
+ * have missed the worst: of n the deviation is taken to be 1 + 16 / n times what they say. Simulated as in
+ * error_places.c, of first frames of nine methods, 64 x 48, a pair each: in 17 scenes 32 cover 98.8 % and 64 99.0 %,
+ * and bounds are 3.6 and 2.9 times the error in the median; without it 97.4 and 98.5 %. */
+#define FEWEST 32u
+#define PLUS 16.0
 
 /* Deviations above the estimate that the bound is: 99 % of a normal variable. Squared errors have tails so long that
  * their deviation is mostly estimated too low: with those of 95 %, 90 % of the pictures of `office` were covered (96 x
@@ -350,7 +356,7 @@ struct lum_film_error lum_error_probes_error(struct lum_error_probes *p, const s
     p->now = isfinite(m.sum3) ? m : (struct moments){0};
     double own = m.n;
     add_moments(&m, &p->before, 1.0);
-    if (m.n < ENOUGH || !isfinite(m.sum3))
+    if (m.n < FEWEST || !isfinite(m.sum3))
         return LUM_FILM_ERROR_UNKNOWN;
     /* Few probes find what is far off: the sum of squares is as skewed as a count of rare things is, and low where its
      * deviation is estimated low. To the first order in 1 / sqrt(n) of Edgeworth's expansion the studentised mean
@@ -359,7 +365,7 @@ struct lum_film_error lum_error_probes_error(struct lum_error_probes *p, const s
     double e = m.sum / m.n, variance = fmax(m.sum2 / m.n - e * e, 0.0), deviation = sqrt(variance / m.n);
     double third = m.sum3 / m.n - 3.0 * e * m.sum2 / m.n + 2.0 * e * e * e;
     double skew = variance > 0.0 ? fmax(third / (variance * sqrt(variance)), 0.0) : 0.0;
-    double k = SURE + skew * (1.0 + 2.0 * SURE * SURE) / (6.0 * sqrt(m.n));
+    double k = (SURE + skew * (1.0 + 2.0 * SURE * SURE) / (6.0 * sqrt(m.n))) * (1.0 + PLUS / m.n);
     double most = fmax(e, 0.0) + k * deviation;
     return (struct lum_film_error){.rel = sqrt(fmax(e, 0.0)), .bound = sqrt(most), .probes = own, .fresh = own / m.n};
 }

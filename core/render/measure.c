@@ -65,20 +65,36 @@ static double rays_of(const struct lum_stage_runner *runner)
     return (double)rays;
 }
 
-void lum_measure_share(struct lum_measurement *m, const struct lum_pass *frame, const bool on[LUM_EFFECT_COUNT],
-                       struct lum_measure_cost cost, const struct lum_stage_runner *runner)
+/* Of a team, as many as rank 0 says: how many rays of VPLs were known from before is a matter of what found room
+ * (known_rays.c), and time is each one's own. */
+static double agree(const struct lum_stage_runner *runner, double value)
+{
+    return runner->team ? lum_team_agree(runner->team, value) : value;
+}
+
+/* About so many rays. What they took tells how many the next ones may be. */
+static void trace_share(struct lum_measurement *m, const struct lum_pass *frame, const bool on[LUM_EFFECT_COUNT],
+                        double max_rays, const struct lum_stage_runner *runner)
 {
     struct lum_stage_runner whole = *runner;
     whole.cancel = NULL;
-    double share = frame->settings->error_share, max_rays = share * (double)cost.rays / DEAR;
-    if (cost.rays > 0 && m->rays > 0.0 && !frame->settings->deterministic)
-        max_rays = share * cost.ms * m->rays / m->ms;
-    if (runner->team) /* how many rays of VPLs were known from before is a matter of what found room (known_rays.c) */
-        max_rays = lum_team_agree(runner->team, max_rays);
     double before = rays_of(runner), before_ms = runner->stats->stage_ms[LUM_STAGE_ERROR];
-    (void)trace(m, frame, on, max_rays, &whole);
+    (void)trace(m, frame, on, agree(runner, max_rays), &whole);
     m->rays += rays_of(runner) - before;
     m->ms += runner->stats->stage_ms[LUM_STAGE_ERROR] - before_ms;
+}
+
+void lum_measure_share(struct lum_measurement *m, const struct lum_pass *frame, const bool on[LUM_EFFECT_COUNT],
+                       struct lum_measure_cost cost, const struct lum_stage_runner *runner)
+{
+    double share = frame->settings->error_share, left_ms = cost.rays > 0 ? share * cost.ms : 0.0;
+    bool timed = !frame->settings->deterministic;
+    if (!timed || agree(runner, m->rays) == 0.0) {
+        trace_share(m, frame, on, share * (double)cost.rays / DEAR, runner);
+        left_ms -= m->ms;
+    }
+    if (timed) /* of a first picture, too: its first rays were timed, and few, as they may have been dear */
+        trace_share(m, frame, on, m->rays > 0.0 ? fmax(left_ms, 0.0) * m->rays / m->ms : 0.0, runner);
     if (cost.first && m->probes)
         lum_error_probes_note(m->probes);
 }

@@ -99,10 +99,8 @@ bool lum_refine_is_due(const struct lum_refinement *r, uint32_t spp, uint32_t ma
 static struct lum_film_error error_of(const struct lum_residual *job)
 {
     double n = (double)job->picture->w * job->picture->h, square = fmax(job->error, 0.0);
-    if (!isfinite(job->error) || !isfinite(job->mean))
+    if (!isfinite(job->error) || !isfinite(job->mean) || !(job->mean > 0.0))
         return LUM_FILM_ERROR_UNKNOWN;
-    if (!(job->mean > 0.0))
-        return (struct lum_film_error){0.0, 0.0, n, 1.0};
     return (struct lum_film_error){sqrt(square * n) / job->mean, sqrt((square + LUM_SURE * job->doubt) * n) / job->mean,
                                    n, 1.0};
 }

@@ -52,13 +52,15 @@ struct lum_rgb lum_residual_frame_albedo(const struct step *step, size_t i)
     return lum_rgb_scale(lum_rgb_add(sum, lum_grey(ALBEDO_FLOOR)), step->scale);
 }
 
-/* The frame, with this albedo. What of it is no matter of albedo, gloss, must not become many times as much. At edges
- * it is as it is: of another object samples say nothing about how much light there is on this one. */
+/* The frame, with this albedo. What of it is no matter of albedo, gloss, must not become many times as much; of panes,
+ * mirrors and black gloss all of it is none. At edges it is as it is: of another object samples say nothing about how
+ * much light there is on this one. */
 #define PAINT_MOST 4.0f
 struct lum_rgb lum_residual_painted(const struct step *step, size_t i, struct lum_rgb albedo)
 {
     const uint32_t w = step->m->w;
-    if (!step->r->truth->first[0] || lum_outliers_are_at_edge(step, (uint32_t)(i % w), (uint32_t)(i / w)))
+    if (!step->r->truth->first[0] || !(step->r->guide->kind[i] & LUM_PIXEL_DIFFUSE) ||
+        lum_outliers_are_at_edge(step, (uint32_t)(i % w), (uint32_t)(i / w)))
         return step->r->frame[i];
     struct lum_rgb per = lum_rgb_div(albedo, lum_residual_frame_albedo(step, i));
     const float least = 1.0f / PAINT_MOST;

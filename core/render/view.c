@@ -431,15 +431,23 @@ static double noise_of(const struct lum_view *v, const struct lum_method *method
     return method->refines && isfinite(v->error.bound) ? v->refinement.noise : (double)NAN;
 }
 
-/* As its own samples tell it, else as probes do; and where these are few, of a single sample at least a bound. */
-static struct lum_film_error known_error(const struct lum_view *v, const struct lum_view_settings *s, uint32_t spp)
+/* As its own samples tell it, else as probes do; where these are few, a single sample's pixels side by side are surer.
+ * Where nothing shines a black picture is right. */
+static struct lum_film_error known_error(const struct lum_view *v, const struct lum_pass *pass, uint32_t spp)
 {
+    const struct lum_view_settings *s = pass->settings;
+    const struct lum_film_error *probed = &v->measurement.error;
+    bool many = isfinite(probed->bound) && probed->probes >= LUM_MANY_PROBES * probed->fresh; /* with those of before */
     if (isfinite(v->error.bound))
         return v->error;
-    bool single = s->method->progressive && spp == 1 && s->error_share > 0.0;
-    if (single && !isfinite(v->measurement.error.bound))
-        return lum_film_error_at_most(&v->film);
-    return v->measurement.error;
+    if (s->error_share > 0.0 && spp > 0 && pass->snapshot->lights.n_active == 0 &&
+        lum_film_mean_luminance(&v->film) == 0.0)
+        return (struct lum_film_error){0.0, 0.0, (double)s->w * s->h, 1.0};
+    if (s->method->progressive && spp == 1 && s->error_share > 0.0 && !many) {
+        struct lum_film_error said = lum_film_error_at_most(&v->film);
+        return isfinite(said.bound) ? said : *probed;
+    }
+    return *probed;
 }
 
 /* All is known of the picture's error that is wanted. */
@@ -497,7 +505,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     stats.complete = max_spp > 0 && spp >= max_spp && !owed && is_measured(view, settings);
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         stats.effects[e].noise = view->noise[e];
-    stats.error = known_error(view, settings, spp);
+    stats.error = known_error(view, &pass, spp);
     stats.noise = noise_of(view, method);
     stats.cpu_ms = (double)(lum_pool_cpu_ns(view->pool) - begin_cpu_ns) * 1e-6;
     stats.ms = (double)(lum_clock_ns() - begin_ns) * 1e-6;

@@ -80,7 +80,8 @@ static const char *verdict_of(const struct lum_budget_watch *w, const struct lum
     if (w->stopped_by)
         return strcmp(w->stopped_by, "error") == 0 ? "met" : "missed";
     if (!lum_method_adds_samples(method) && w->pass.spp > 0) /* it stays as it is */
-        return error->fresh == 1.0 && error->rel > budget->error.value ? "unlikely" : "open";
+        return error->fresh == 1.0 && error->probes >= LUM_MANY_PROBES && error->rel > budget->error.value ? "unlikely"
+                                                                                                           : "open";
     if (!w->now.stopped_by || w->now.undecided)
         return "open";
     return strcmp(w->now.stopped_by, "error") == 0 ? "likely" : "unlikely";

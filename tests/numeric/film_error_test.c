@@ -140,8 +140,8 @@ static void edges_are_noise_to_a_single_sample(void **state)
     }
 }
 
-/* Nothing is known of light that one sample has not found. */
-static void black_tells_nothing_to_a_single_sample(void **state)
+/* Nothing is known of light that no sample has found, of one or of many. */
+static void black_tells_nothing(void **state)
 {
     (void)state;
     struct lum_film f;
@@ -150,6 +150,10 @@ static void black_tells_nothing_to_a_single_sample(void **state)
     for (uint32_t i = 0; i < N; i++)
         lum_film_add(&f, i % W, i / W, 0, lum_grey(0.0f), &bad);
     assert_true(isnan(lum_film_error_at_most(&f).bound));
+    for (uint32_t sample = 1; sample < 4; sample++)
+        for (uint32_t i = 0; i < N; i++)
+            lum_film_add(&f, i % W, i / W, sample, lum_grey(0.0f), &bad);
+    assert_true(isnan(lum_film_error(&f).bound));
     lum_film_finish(&f);
 }
 
@@ -379,7 +383,7 @@ int main(void)
         cmocka_unit_test(it_covers_any_noise),
         cmocka_unit_test(it_covers_a_single_sample),
         cmocka_unit_test(edges_are_noise_to_a_single_sample),
-        cmocka_unit_test(black_tells_nothing_to_a_single_sample),
+        cmocka_unit_test(black_tells_nothing),
         cmocka_unit_test(a_large_single_sample_is_looked_at_in_part),
         cmocka_unit_test(it_is_not_far_above_plain_noise),
         cmocka_unit_test(it_covers_path_traced_pictures),

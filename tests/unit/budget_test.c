@@ -141,7 +141,7 @@ static void what_came_is_told_beside_what_was_expected(void **state)
     assert_end(&w.first, "error", 64 * SAMPLE_MS, 0.05);
 }
 
-/* No pass makes it better: as soon as its error is measured, it is judged by that. */
+/* No pass makes it better: as soon as its error is measured, by more than a few probes, it is judged by that. */
 static void a_method_without_samples_says_at_once(void **state)
 {
     (void)state;
@@ -149,16 +149,19 @@ static void a_method_without_samples_says_at_once(void **state)
     struct lum_pass_stats pass = {
         .spp = 1, .ms = 10.0, .noise = (double)NAN, .error = {.rel = 0.1, .bound = 0.2, .fresh = 0.5}};
     const struct {
-        double error, fresh;
+        double error, fresh, probes;
         bool complete;
         const char *verdict, *stopped_by;
     } rows[] = {
-        {0.05, 0.5, false, "open", ""}, {0.05, 1.0, false, "unlikely", ""},   {0.05, 1.0, true, "missed", "whole"},
-        {0.15, 1.0, false, "open", ""}, {0.15, 1.0, true, "missed", "whole"}, {0.25, 1.0, true, "met", "error"},
+        {0.05, 0.5, 256, false, "open", ""},     {0.05, 1.0, 255, false, "open", ""},
+        {0.05, 1.0, 256, false, "unlikely", ""}, {0.05, 1.0, 256, true, "missed", "whole"},
+        {0.15, 1.0, 256, false, "open", ""},     {0.15, 1.0, 256, true, "missed", "whole"},
+        {0.25, 1.0, 256, true, "met", "error"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         struct lum_budget_watch w;
         pass.error.fresh = rows[i].fresh;
+        pass.error.probes = rows[i].probes;
         pass.complete = rows[i].complete;
         lum_budget_begin(&w);
         lum_budget_note(&w, &(struct lum_view_budget){.error = {true, rows[i].error}}, &settings, &pass, 10.0);
