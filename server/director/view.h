@@ -44,6 +44,7 @@ struct lum_server_view {
     enum lum_tone_map tone;
     struct lum_opt white_balance_k;
     uint8_t codec;                      /* enum lum_codec */
+    struct lum_coding_state coding;     /* of pictures that need not be exact */
     const struct lum_snapshot *solo;    /* the scene with some lamps alone; NULL: as it is */
     struct lum_auto_exposure automatic; /* exposure */
     uint32_t n_things;                  /* objects and lights that it was settled for */
