@@ -61,7 +61,7 @@ ONLY_IN = {
     r"kiss_fft": r"core/metric/fft\.c",
     r"cjson/": r"protocol/|server/|clients/|tests/",
     r"turbojpeg\.h|spng\.h|zlib\.h": r"server/|clients/|tests/",
-    r"webp/": r"server/stream/webp\.c|tests/unit/webp_test\.c",
+    r"webp/": r"server/stream/webp\.c|tests/unit/webp_test\.c|tests/bench/codecs\.c",
     r"openssl/": r"server/journal/|server/net/people\.c|server/net/tls(_pair|_ask)?\.[ch]|tests/unit/",
     r"assimp/|meshoptimizer\.h|seccomp\.h": r"server/importer/",
     r"mpi\.h": r"server/farm/farm_mpi\.c",

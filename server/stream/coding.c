@@ -20,6 +20,7 @@ static const struct knot knots[] = {
 
 #define SEEN_AT_ONCE_S 0.060 /* JPEG that comes so soon is left alone: what hands do is shown as they move */
 #define FEW_S 0.100          /* above, fewer than ten pictures a second */
+#define SLOWEST 8.0          /* a machine that halted for a moment, or tables that are made once, tell nothing more */
 #define BETTER 0.8           /* of the time, that another step must take at most */
 #define BACK 0.5             /* of a limit, at which a step back up is taken: pictures differ in what WebP gains */
 
@@ -118,5 +119,6 @@ void lum_coding_note(struct lum_coding_state *s, uint32_t quality, const struct 
     s->stay -= s->stay > 0;
     s->plain_bytes = mixed(s->plain_bytes, (double)cost->n_bytes / share(s->step, quality));
     s->n_pixels = mixed(s->n_pixels, (double)cost->n_pixels);
-    s->slowness = mixed(s->slowness, (double)cost->cpu_ns / ((double)cost->n_pixels * ns_pixel(s->step)));
+    double slowness = (double)cost->cpu_ns / ((double)cost->n_pixels * ns_pixel(s->step));
+    s->slowness = mixed(s->slowness, slowness < SLOWEST ? slowness : SLOWEST);
 }

@@ -229,7 +229,7 @@ static void encode_tile(void *ctx, uint32_t i, uint32_t worker)
     uint64_t hash = hash_bytes(s->pixels, (size_t)w * h * (t.codec == LUM_CODEC_HALF_DEFLATE ? 8 : 4));
     if (!run->force && up_to_date(&run->states[i], &t, hash))
         return;
-    int64_t start_ns = lum_clock_ns();
+    int64_t start_ns = lum_cpu_clock_ns();
     struct lum_encoded_tile *blob = encode_pixels(s, &t, w, h);
     if (!blob) {
         atomic_store_explicit(&run->failed, LUM_ERR_NOMEM, memory_order_relaxed);
@@ -241,7 +241,7 @@ static void encode_tile(void *ctx, uint32_t i, uint32_t worker)
     run->next[i] = (struct lum_tile_state){hash, quality_of(&t), t.downscale, true};
     s->cost.n_bytes += blob->n_bytes + LUM_FRAME_HEADER_BYTES;
     s->cost.n_pixels += (uint64_t)w * h;
-    s->cost.cpu_ns += (uint64_t)(lum_clock_ns() - start_ns);
+    s->cost.cpu_ns += (uint64_t)(lum_cpu_clock_ns() - start_ns);
 }
 
 static void drop_tiles(struct lum_encoded_tile **tiles, uint32_t n)

@@ -26,6 +26,7 @@ struct lum_stream {
     uint64_t unacked[LUM_LIMIT_UNACKED_FRAMES];          /* begun frames > acked, oldest first */
     uint32_t n_unacked;
     uint64_t skipped;
+    int64_t acked_ns; /* when the newest acknowledgement came */
     struct lum_line line;
 };
 
@@ -246,10 +247,20 @@ bool lum_stream_ack(struct lum_stream *s, uint64_t frame_seq, int64_t held_ns)
         s->n_unacked -= n;
         memmove(s->unacked, s->unacked + n, s->n_unacked * sizeof s->unacked[0]);
         s->acked = frame_seq;
-        lum_line_answer(&s->line, frame_seq, held_ns, lum_clock_ns());
+        s->acked_ns = lum_clock_ns();
+        lum_line_answer(&s->line, frame_seq, held_ns, s->acked_ns);
     }
     pthread_mutex_unlock(&s->lock);
     return is_new;
+}
+
+bool lum_stream_is_idle(struct lum_stream *s, int64_t *ret_since_ns)
+{
+    pthread_mutex_lock(&s->lock);
+    bool idle = s->n_to_send == 0 && !has_unbegun_locked(s) && s->n_unacked == 0;
+    *ret_since_ns = s->acked_ns;
+    pthread_mutex_unlock(&s->lock);
+    return idle;
 }
 
 double lum_stream_line(struct lum_stream *s)

@@ -46,6 +46,9 @@ bool lum_stream_wants_frame(struct lum_stream *s);
 bool lum_stream_publish(struct lum_stream *s, uint64_t frame_seq, struct lum_encoded_tile **tiles);
 /* The view's size changed: forget everything sent. False when memory is short: nothing changed. */
 bool lum_stream_resize(struct lum_stream *s, uint32_t n_tiles);
+/* True when the client has said that it has all that was published; *ret_since_ns: when it said so, 0 before the first
+ * frame. */
+bool lum_stream_is_idle(struct lum_stream *s, int64_t *ret_since_ns);
 /* Bytes a second that reach the client, as far as its acknowledgements tell (line.h); 0: not known. */
 double lum_stream_line(struct lum_stream *s);
 

@@ -5,8 +5,8 @@
 #include <webp/encode.h>
 
 enum {
-    LOSSY_EFFORT = 1,
-    LOSSLESS_LEVEL = 0,
+    LOSSY_EFFORT = 1,   /* from 3 on it takes 7 % fewer bytes, and twice the time; 0 gains no time */
+    LOSSLESS_LEVEL = 0, /* 2 takes 14 % fewer bytes, and four times the time */
 };
 
 struct sink {

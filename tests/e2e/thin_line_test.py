@@ -5,6 +5,7 @@ The line is a proxy that passes on so many bytes a second. What is asserted is w
 long anything took."""
 import ctypes
 import ctypes.util
+import time
 import unittest
 
 from daemon import Daemon
@@ -175,6 +176,20 @@ class Thin(unittest.TestCase):
             view.move()
             shown, _ = view.rest()
             self.assertEqual({(h["codec"], h["flags"] & LOSSLESS) for h, _ in shown.values()}, {(PNG, LOSSLESS)})
+
+    def test_the_exact_picture_waits_for_the_one_before(self):
+        """A client that does not say that it has the newest frame, but the one before that, gets it two seconds later."""
+        begin_s = time.monotonic()
+        view = View(self.daemon.port, self.daemon.token, method="whitted")
+        header = {"flags": 0}
+        while not header["flags"] & CONVERGED:
+            while not view.ws.binaries:
+                view.ws.pump()
+            header = tile_header(view.ws.binaries.pop(0))
+            self.assertEqual(header["codec"], PNG if header["flags"] & CONVERGED else JPEG)
+            if header["flags"] & LAST_TILE and header["frame_seq"] > 1:
+                view.ws.notify("frame.ack", {"view_id": view.id, "frame_seq": header["frame_seq"] - 1})
+        self.assertGreaterEqual(time.monotonic() - begin_s, 2)
 
     def test_a_wide_line_has_jpeg(self):
         view = View(self.daemon.port, self.daemon.token, codecs=["webp"])

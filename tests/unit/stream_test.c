@@ -75,6 +75,29 @@ static void test_unchanged_tiles_are_not_sent_again(void **state)
     lum_stream_unref(s);
 }
 
+/* From the first frame until the last that was published is acknowledged, the client may have it to come. */
+static void test_idle_is_when_the_client_has_all(void **state)
+{
+    (void)state;
+    struct lum_stream *s = lum_stream_create(3, N_TILES);
+    uint64_t seq;
+    int64_t since_ns, before_ns;
+    assert_true(lum_stream_is_idle(s, &since_ns) && since_ns == 0);
+    for (uint64_t n = 1; n <= 4; n += 2) {
+        assert_true(publish(s, n, 0x3f) && !lum_stream_is_idle(s, &since_ns));
+        read_frame(s, &seq);
+        assert_false(lum_stream_is_idle(s, &since_ns));
+        assert_true(publish(s, n + 1, 1));
+        assert_true(lum_stream_ack(s, n, 0) && !lum_stream_is_idle(s, &since_ns));
+        read_frame(s, &seq);
+        assert_false(lum_stream_is_idle(s, &since_ns));
+        before_ns = lum_clock_ns();
+        assert_true(lum_stream_ack(s, n + 1, 0) && lum_stream_is_idle(s, &since_ns));
+        assert_true(since_ns >= before_ns && since_ns <= lum_clock_ns());
+    }
+    lum_stream_unref(s);
+}
+
 static void test_skipped_frame_leaves_its_tiles_to_the_next(void **state)
 {
     (void)state;
@@ -332,6 +355,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_unchanged_tiles_are_not_sent_again),
+        cmocka_unit_test(test_idle_is_when_the_client_has_all),
         cmocka_unit_test(test_skipped_frame_leaves_its_tiles_to_the_next),
         cmocka_unit_test(test_newer_frame_waits_for_the_end_of_the_one_begun),
         cmocka_unit_test(test_credit),
