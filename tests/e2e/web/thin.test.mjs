@@ -7,7 +7,7 @@ import { Daemon } from './daemon.mjs';
 import { Line } from './line.mjs';
 
 const ROOM = fileURLToPath(new URL('room.jsonl', import.meta.url));
-const THIN = 60_000; // bytes a second: less than ten pictures of 160 000 pixels
+const THIN = 60_000; // bytes a second: a JPEG of 160 000 pixels takes more than 60 ms
 
 const line = new Line();
 let daemon, context, tab, page, webp;
@@ -20,8 +20,7 @@ before(async () => {
     tab = await open(context, daemon.url.replace(`:${daemon.port}`, `:${line.port}`));
     page = tab.page;
     await page.getByLabel('Resolution').selectOption('fast');
-    await page.getByLabel('Stop refining at').focus();
-    await page.keyboard.press('Home'); // fast
+    await page.getByLabel('Method').selectOption('whitted'); // one pass: a picture at rest stays as it is
     await settled(tab);
     // What this build can: the first picture at rest is WebP where it has that.
     await eventually(async () => /^(webp|png) 100$/.test(await codec()), async () => `never exact: ${await codec()}`);
@@ -79,7 +78,7 @@ test('over a thin line pictures that move are WebP, and at rest the picture is e
     if (!webp) return t.skip('this build has no WebP');
     await dragUntil(/^jpeg 85$/);
     line.bytesPerSecond = THIN;
-    await dragUntil(/^webp 50$/);
+    await dragUntil(/^webp (50|85)$/);
     line.bytesPerSecond = Infinity;
     await settled(tab);
     await restsAs('webp');
