@@ -174,7 +174,7 @@ export class FrameMeter {
             legend: isObject(params.overlay) ? legendOf(params.overlay) : null,
             method: stringOr(params.method, ''),
             exposureEv: typeof params.exposure_ev === 'number' ? params.exposure_ev : null,
-            coding: [params.codec, params.quality].join(' '),
+            coding: `${stringOr(params.codec, '')} ${numberOr(params.quality, 0)}`,
         };
         if (!rendered) return;
         this.frameHistory.push(work.ms);
