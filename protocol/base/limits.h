@@ -94,6 +94,8 @@
 #define LUM_LIMIT_FRAME_COST_BYTES 1024u     /* what a frame costs beside its bytes: tiny ones are not free */
 #define LUM_LIMIT_VALUE_COST_BYTES 8u        /* and a value of JSON, which is an allocation */
 #define LUM_LIMIT_CONTROL_QUEUE_BYTES (16u << 20) /* replies waiting in one session; over it the session is closed */
+#define LUM_LIMIT_CODECS 16u                      /* that a client says it reads */
+#define LUM_LIMIT_HELD_MS 1e9                     /* that a client says it had a frame before it acknowledged it */
 #define LUM_LIMIT_UNACKED_FRAMES 2u               /* W = 2: one in flight, one being drawn */
 #define LUM_LIMIT_TILE_SIDE 128u                  /* a PNG tile stays below one socket write of 64 KiB */
 #define LUM_LIMIT_PING_S 10                       /* of silence, before a connection is asked whether it is there */

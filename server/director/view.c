@@ -7,6 +7,7 @@
 #include "server/base/suggest.h"
 #include "server/director/budget.h"
 #include "server/director/rest.h"
+#include "server/stream/webp.h"
 #include "server/world/apply.h"
 
 enum { GLANCES = 16 }; /* across, and down */
@@ -78,6 +79,8 @@ static bool resolve(const struct lum_view_params *want, const struct lum_world *
     r->exposure_ev = gives(want, LUM_VIEW_EXPOSURE_EV) ? want->exposure_ev : render->render.exposure_ev;
     r->white_balance_k = want->white_balance_k;
     lum_codec_find(want->codec, &r->codec); /* its row knows no other */
+    if (r->codec == LUM_CODEC_WEBP && !lum_webp_available())
+        ok = lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "codec", "this server was built without WebP");
     r->tone = LUM_TONE_AGX;
     const char *tone = gives(want, LUM_VIEW_TONE_MAP) ? want->tone_map : render->render.tone_map;
     if (lum_apply_tone_map(tone, &r->tone, &e))

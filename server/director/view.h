@@ -2,7 +2,8 @@
  *
  * Life of a picture: a change makes it stale; its first pass is never cancelled, so that a drag keeps showing pictures;
  * progressive methods then refine it until it is complete. Frames go out after each pass while there are few samples,
- * then at growing intervals. The last one waits until the view has rested, and is lossless.
+ * then at growing intervals. The last one waits until the client has the one before and the view has rested, and is
+ * lossless.
  *
  * A view may be larger at rest (rest_size). Then a second view of the renderer makes that picture while the first one's
  * stays on the screen, until it has as many samples. The first keeps all that it knows: with the next change it goes on
@@ -19,8 +20,9 @@
 #include "server/stream/encode.h"
 #include "server/world/world.h"
 
-#define LUM_VIEW_REST_NS 500000000ll   /* before it is made larger: a drag that halts is shorter */
-#define LUM_VIEW_SETTLE_NS 200000000ll /* rest before the lossless frame: it costs ten lossy ones, wasted in a drag */
+#define LUM_VIEW_REST_NS 500000000ll     /* before it is made larger: a drag that halts is shorter */
+#define LUM_VIEW_SETTLE_NS 200000000ll   /* rest before the lossless frame: it costs ten lossy ones, wasted in a drag */
+#define LUM_VIEW_UNHEARD_NS 2000000000ll /* then it is sent to who has not said that the lossy one is there */
 
 struct lum_rest {
     struct lum_view *core; /* NULL: no larger size was ever asked for */
@@ -44,6 +46,7 @@ struct lum_server_view {
     enum lum_tone_map tone;
     struct lum_opt white_balance_k;
     uint8_t codec;                      /* enum lum_codec */
+    struct lum_coding_state coding;     /* of pictures that need not be exact */
     const struct lum_snapshot *solo;    /* the scene with some lamps alone; NULL: as it is */
     struct lum_auto_exposure automatic; /* exposure */
     uint32_t n_things;                  /* objects and lights that it was settled for */

@@ -22,6 +22,8 @@ extern const char *const lum_in_view_names[];
 struct lum_published {
     uint32_t n_tiles;
     uint64_t n_bytes;
+    uint64_t line_bytes_s; /* as far as it is known; 0: not at all */
+    struct lum_coding coding;
     double encode_ms, exposure_ev;
     uint32_t server_us;
     enum lum_in_view in_view;

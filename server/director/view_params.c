@@ -6,6 +6,7 @@
 
 #include "core/trace/effect.h"
 #include "protocol/json/json.h"
+#include "protocol/message/frame.h"
 #include "protocol/record/field.h"
 #include "server/base/suggest.h"
 
@@ -41,7 +42,7 @@ static const struct lum_field rows[LUM_VIEW_PARAM_COUNT] = {
     [LUM_VIEW_CAMERA] = {ROW(camera, PARTS), BYTES(camera), .parts = &lum_camera_fields, .group = LUM_GROUP_CAMERA},
     [LUM_VIEW_CAMERA_ID] = {ROW(camera_id, ID), BYTES(camera_id), .group = LUM_GROUP_CAMERA},
     [LUM_VIEW_CAMERA_SEQ] = {ROW(camera_seq, U32), .max = UINT32_MAX},
-    [LUM_VIEW_CODEC] = {ROW(codec, CHOICE), BYTES(codec), .text = "jpeg|png|rgba8|half_deflate"},
+    [LUM_VIEW_CODEC] = {ROW(codec, CHOICE), BYTES(codec), .text = "jpeg|png|rgba8|half_deflate|webp"},
     [LUM_VIEW_QUALITY] = {ROW(quality, U32), .min = 1, .max = 100, .def = {80}},
     [LUM_VIEW_DOWNSCALE] = {ROW(downscale, U32), .max = 2},
     [LUM_VIEW_METHOD] = {ROW(method, NAME), BYTES(method), .text = ""},
@@ -116,6 +117,27 @@ static void read_solo(struct lum_json_reader *r, struct lum_view_params *p)
         }
 }
 
+/* ["jpeg", "webp", ...]; null: as an empty one. Names of codecs to come are none of ours. */
+static void read_codecs(struct lum_json_reader *r, struct lum_view_params *p)
+{
+    const struct cJSON *codecs = lum_json_any_member(r, "codecs");
+    if (!codecs || r->failed)
+        return;
+    p->codecs_given = true;
+    bool ok = cJSON_IsNull(codecs) || (cJSON_IsArray(codecs) && cJSON_GetArraySize(codecs) <= (int)LUM_LIMIT_CODECS);
+    for (const struct cJSON *name = codecs->child; ok && name; name = name->next) {
+        uint8_t codec;
+        ok = cJSON_IsString(name);
+        if (ok && lum_codec_find(name->valuestring, &codec))
+            p->codecs |= 1u << codec;
+    }
+    if (ok)
+        return;
+    lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "invalid_value", "codecs",
+                   "codecs must be a list of at most %u names of codecs", LUM_LIMIT_CODECS);
+    lum_json_fail(r);
+}
+
 /* A scale has an extent, and one in decades no 0. */
 static bool check_scale(const struct lum_view_false_color *f, struct lum_proto_error *err)
 {
@@ -158,6 +180,7 @@ bool lum_view_params_read(struct lum_json_reader *r, struct lum_view_params *ret
             p.given |= 1u << i;
     read_effects(r, &p);
     read_solo(r, &p);
+    read_codecs(r, &p);
     if (r->failed || !check(r, &p))
         return false;
     *ret_params = p;
@@ -179,6 +202,8 @@ void lum_view_params_merge(struct lum_view_params *params, const struct lum_view
         params->n_solo = more->n_solo;
         memcpy(params->solo, more->solo, sizeof params->solo);
     }
+    if (more->codecs_given)
+        params->codecs = more->codecs;
     params->effects_off = (params->effects_off & ~more->effects_named) | more->effects_off;
     params->effects_on = (params->effects_on & ~more->effects_named) | more->effects_on;
 }

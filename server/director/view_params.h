@@ -66,6 +66,8 @@ struct lum_view_params {
     bool solo_given;
     uint32_t n_solo; /* 0: all that are on */
     lum_id solo[LUM_LIMIT_SOLO];
+    bool codecs_given;
+    uint32_t codecs; /* by name, not by row; bits 1 << enum lum_codec: what the client reads, beside codec and PNG */
     /* By effect, not by row; bits LUM_EFFECT_BIT: what something is said of, and of that what to force. The rest is
      * "auto". */
     uint32_t effects_named, effects_off, effects_on;

@@ -263,6 +263,10 @@ static void tell_stats(struct lum_director *d, struct lum_server_view *v, const 
               lum_json_add_number(o, "encode_ms", p->encode_ms) &&
               lum_json_add_number(o, "server_ms", p->server_us * 1e-3) && lum_json_add_number(o, "tiles", p->n_tiles) &&
               lum_json_add_number(o, "bytes", (double)p->n_bytes) &&
+              lum_json_add_string(o, "codec", lum_codec_name(p->coding.codec)) &&
+              lum_json_add_number(o, "quality", p->coding.quality) &&
+              lum_json_add(o, "line_bytes_s",
+                           p->line_bytes_s > 0 ? cJSON_CreateNumber((double)p->line_bytes_s) : cJSON_CreateNull()) &&
               lum_json_add_bool(o, "overlay_map", v->overlay.classes != NULL) &&
               lum_json_add_string(o, "in_view", lum_in_view_names[p->in_view]) && add_choice(o, &v->chose) &&
               lum_json_add_bool(o, "converged", final) && add_legend(o, &v->overlay);

@@ -226,29 +226,32 @@ static void wake_director(struct lum_session *s, struct lum_stream *stream)
         (void)lum_session_post(s, &lum_request_wake);
 }
 
-static bool read_ack(const struct lum_rpc *rpc, uint32_t *ret_view_id, uint64_t *ret_frame_seq,
+static bool read_ack(const struct lum_rpc *rpc, uint32_t *ret_view_id, uint64_t *ret_frame_seq, int64_t *ret_held_ns,
                      struct lum_proto_error *err)
 {
     struct lum_json_reader r;
     uint32_t view_id = 0;
     uint64_t frame_seq = 0;
+    double held_ms = 0.0;
     lum_json_begin(&r, rpc->params, "", err);
     if (lum_json_require(&r, "view_id") && lum_json_require(&r, "frame_seq")) {
         lum_json_u32(&r, "view_id", 0, UINT32_MAX, &view_id);
         lum_json_u64(&r, "frame_seq", &frame_seq);
+        lum_json_number(&r, "held_ms", 0.0, LUM_LIMIT_HELD_MS, &held_ms);
     }
     if (!lum_json_end(&r))
         return false;
     *ret_view_id = view_id;
     *ret_frame_seq = frame_seq;
+    *ret_held_ns = (int64_t)(held_ms * 1e6);
     return true;
 }
 
 /* False when it says nothing new: no such view, no such frame, or a repeated number. */
-static bool take_ack(struct lum_session *s, uint32_t view_id, uint64_t frame_seq)
+static bool take_ack(struct lum_session *s, uint32_t view_id, uint64_t frame_seq, int64_t held_ns)
 {
     for (uint32_t i = 0; i < s->n_streams; i++) {
-        if (lum_stream_view_id(s->streams[i]) != view_id || !lum_stream_ack(s->streams[i], frame_seq))
+        if (lum_stream_view_id(s->streams[i]) != view_id || !lum_stream_ack(s->streams[i], frame_seq, held_ns))
             continue;
         s->table->config.counters->frames_acked++;
         wake_director(s, s->streams[i]);
@@ -264,10 +267,11 @@ static void receive_ack(struct lum_session *s, const struct lum_rpc *rpc, int64_
     struct lum_proto_error err;
     uint32_t view_id;
     uint64_t frame_seq;
-    bool ok = read_ack(rpc, &view_id, &frame_seq, &err);
+    int64_t held_ns;
+    bool ok = read_ack(rpc, &view_id, &frame_seq, &held_ns, &err);
     if (!ok)
         (void)lum_bucket_take(&s->messages, now_ns);
-    else if (!take_ack(s, view_id, frame_seq))
+    else if (!take_ack(s, view_id, frame_seq, held_ns))
         ok = charge_message(s, now_ns, &err);
     if (!ok)
         lum_session_refuse(s, rpc->id, &err);

@@ -7,6 +7,7 @@
 #include <zlib.h>
 
 #include "server/stream/png.h"
+#include "server/stream/webp.h"
 
 #define SIDE LUM_LIMIT_TILE_SIDE
 #define TILE_PIXELS ((size_t)SIDE * SIDE)
@@ -15,6 +16,7 @@ enum {
     CHROMA_FULL_FROM = 90, /* JPEG quality from which colour keeps full resolution */
     PNG_LEVEL = 1,         /* a noisy picture gains 3 % from level 6, for four times the time */
     DEFLATE_LEVEL = 1,
+    EXACT = 255, /* as a quality */
 };
 
 /* One worker's memory: pixels of a tile, and room for its encoded form. */
@@ -24,6 +26,7 @@ struct scratch {
     uint8_t *rgb;    /* for PNG */
     uint8_t *out;
     size_t out_size;
+    struct lum_coding_cost cost;
 };
 
 struct lum_encoder {
@@ -155,6 +158,14 @@ static struct lum_encoded_tile *encode_deflate(struct scratch *s, size_t n_bytes
     return blob_from(s->out, n);
 }
 
+static struct lum_encoded_tile *encode_webp(struct scratch *s, uint32_t w, uint32_t h, const struct lum_frame_header *t)
+{
+    const struct lum_webp image = {s->pixels, w, h, lum_coding_webp_quality(t->quality),
+                                   (t->flags & LUM_FRAME_LOSSLESS) != 0};
+    size_t n = lum_webp_encode(&image, s->out, s->out_size);
+    return n > 0 ? blob_from(s->out, n) : NULL;
+}
+
 static struct lum_encoded_tile *encode_pixels(struct scratch *s, const struct lum_frame_header *t, uint32_t w,
                                               uint32_t h)
 {
@@ -163,6 +174,8 @@ static struct lum_encoded_tile *encode_pixels(struct scratch *s, const struct lu
         return encode_jpeg(s, w, h, t->quality);
     case LUM_CODEC_PNG:
         return encode_png(s, w, h);
+    case LUM_CODEC_WEBP:
+        return encode_webp(s, w, h, t);
     case LUM_CODEC_HALF_DEFLATE:
         return encode_deflate(s, (size_t)w * h * 8);
     default:
@@ -170,17 +183,16 @@ static struct lum_encoded_tile *encode_pixels(struct scratch *s, const struct lu
     }
 }
 
-static bool codec_lossless(uint8_t codec)
+static uint8_t quality_of(const struct lum_frame_header *t)
 {
-    return codec != LUM_CODEC_JPEG;
+    bool lossy = t->codec == LUM_CODEC_JPEG || (t->codec == LUM_CODEC_WEBP && !(t->flags & LUM_FRAME_LOSSLESS));
+    return lossy ? t->quality : EXACT;
 }
 
 /* Does tile i show these pixels already, as well as t asks? */
 static bool up_to_date(const struct lum_tile_state *was, const struct lum_frame_header *t, uint64_t hash)
 {
-    if (!was->shown || was->hash != hash || was->downscale != t->downscale)
-        return false;
-    return codec_lossless(was->codec) || (was->codec == t->codec && was->quality >= t->quality);
+    return was->shown && was->hash == hash && was->downscale == t->downscale && was->quality >= quality_of(t);
 }
 
 static struct lum_frame_header tile_header(const struct lum_picture *p, uint32_t i)
@@ -217,6 +229,7 @@ static void encode_tile(void *ctx, uint32_t i, uint32_t worker)
     uint64_t hash = hash_bytes(s->pixels, (size_t)w * h * (t.codec == LUM_CODEC_HALF_DEFLATE ? 8 : 4));
     if (!run->force && up_to_date(&run->states[i], &t, hash))
         return;
+    int64_t start_ns = lum_cpu_clock_ns();
     struct lum_encoded_tile *blob = encode_pixels(s, &t, w, h);
     if (!blob) {
         atomic_store_explicit(&run->failed, LUM_ERR_NOMEM, memory_order_relaxed);
@@ -225,7 +238,10 @@ static void encode_tile(void *ctx, uint32_t i, uint32_t worker)
     blob->header = t;
     blob->header.payload_len = blob->n_bytes;
     run->tiles[i] = blob;
-    run->next[i] = (struct lum_tile_state){hash, t.codec, t.quality, t.downscale, true};
+    run->next[i] = (struct lum_tile_state){hash, quality_of(&t), t.downscale, true};
+    s->cost.n_bytes += blob->n_bytes + LUM_FRAME_HEADER_BYTES;
+    s->cost.n_pixels += (uint64_t)w * h;
+    s->cost.cpu_ns += (uint64_t)(lum_cpu_clock_ns() - start_ns);
 }
 
 static void drop_tiles(struct lum_encoded_tile **tiles, uint32_t n)
@@ -246,6 +262,8 @@ enum lum_status lum_encoder_run(struct lum_encoder *e, const struct lum_picture 
     if (!next)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory to encode %u tiles", n);
     memcpy(next, states, n * sizeof *next);
+    for (uint32_t i = 0; i < e->n_workers; i++)
+        e->workers[i].cost = (struct lum_coding_cost){0};
     struct encode_run run = {e, picture, states, next, ret_tiles, false, LUM_OK};
     lum_pool_run(e->pool, n, encode_tile, &run, NULL);
     for (uint32_t i = 0; i < n; i++)
@@ -263,6 +281,22 @@ enum lum_status lum_encoder_run(struct lum_encoder *e, const struct lum_picture 
     }
     lum_free(next);
     return st;
+}
+
+uint32_t lum_encoder_threads(const struct lum_encoder *e)
+{
+    return e->n_workers;
+}
+
+struct lum_coding_cost lum_encoder_cost(const struct lum_encoder *e)
+{
+    struct lum_coding_cost sum = {0};
+    for (uint32_t i = 0; i < e->n_workers; i++) {
+        sum.n_bytes += e->workers[i].cost.n_bytes;
+        sum.n_pixels += e->workers[i].cost.n_pixels;
+        sum.cpu_ns += e->workers[i].cost.cpu_ns;
+    }
+    return sum;
 }
 
 static bool scratch_init(struct scratch *s)

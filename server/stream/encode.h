@@ -3,9 +3,10 @@
  * A picture is cut into tiles of LUM_LIMIT_TILE_SIDE. Each is tone mapped, hashed, and encoded only when its pixels
  * differ from what the tile showed last, or when it was lossy and is now wanted lossless.
  *
- * Payloads: RGBA8 raw rows; one JPEG, or one PNG file; half-float deflate: a zlib stream of RGBA half floats,
- * little-endian, rows from the top, absolute linear Rec.709 (cd/m2), values over 65504 saturated.
- * With downscale d the payload holds ceil(w / 2^d) x ceil(h / 2^d) pixels; x, y, w, h stay in full pixels. */
+ * Payloads: RGBA8 raw rows; one JPEG, PNG or WebP file, WebP with LUM_FRAME_LOSSLESS without loss; half-float deflate:
+ * a zlib stream of RGBA half floats, little-endian, rows from the top, absolute linear Rec.709 (cd/m2), values over
+ * 65504 saturated. With downscale d the payload holds ceil(w / 2^d) x ceil(h / 2^d) pixels; x, y, w, h stay in full
+ * pixels. */
 #ifndef LUM_SERVER_STREAM_ENCODE_H
 #define LUM_SERVER_STREAM_ENCODE_H
 
@@ -13,6 +14,7 @@
 #include "core/film/film.h"
 #include "protocol/base/limits.h"
 #include "protocol/message/frame.h"
+#include "server/stream/coding.h"
 #include "server/stream/overlay.h"
 #include "server/stream/stream.h"
 
@@ -25,7 +27,7 @@ void lum_encoder_destroy(struct lum_encoder *encoder); /* accepts NULL */
 /* What a tile showed when it was last encoded; zero: nothing yet. */
 struct lum_tile_state {
     uint64_t hash;
-    uint8_t codec, quality, downscale;
+    uint8_t quality, downscale; /* quality 255: exact */
     bool shown;
 };
 
@@ -45,6 +47,10 @@ uint32_t lum_tile_count(uint32_t w, uint32_t h);
 LUM_MUST_USE enum lum_status lum_encoder_run(struct lum_encoder *encoder, const struct lum_picture *picture,
                                              struct lum_tile_state *states, struct lum_encoded_tile **ret_tiles,
                                              struct lum_error *err);
+
+uint32_t lum_encoder_threads(const struct lum_encoder *encoder);
+/* Of the last run: coding alone, of the tiles that were new. */
+struct lum_coding_cost lum_encoder_cost(const struct lum_encoder *encoder);
 
 /* Round to nearest even; over 65504 saturates, NaN gives 0. */
 uint16_t lum_half_from_float(float f);

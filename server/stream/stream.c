@@ -5,6 +5,7 @@
 
 #include "core/base/base.h"
 #include "protocol/base/limits.h"
+#include "server/stream/line.h"
 
 struct stream_slot {
     struct lum_encoded_tile *newest;  /* of the newest frame; NULL before the first */
@@ -25,6 +26,8 @@ struct lum_stream {
     uint64_t unacked[LUM_LIMIT_UNACKED_FRAMES];          /* begun frames > acked, oldest first */
     uint32_t n_unacked;
     uint64_t skipped;
+    int64_t acked_ns; /* when the newest acknowledgement came */
+    struct lum_line line;
 };
 
 struct lum_encoded_tile *lum_encoded_tile_create(uint32_t n_bytes)
@@ -154,6 +157,8 @@ bool lum_stream_resize(struct lum_stream *s, uint32_t n_tiles)
     /* A client that acknowledges last tiles never does so for a frame cut off: its credit comes back here. */
     if (s->n_to_send && s->sending_frame.frame_seq > s->acked)
         s->n_unacked--;
+    if (s->n_to_send)
+        lum_line_cut(&s->line);
     s->n_to_send = 0;
     if (has_unbegun_locked(s))
         s->skipped++;
@@ -175,8 +180,10 @@ static void begin_frame_locked(struct lum_stream *s)
             s->n_to_send++;
         }
     }
-    if (s->sending_frame.frame_seq > s->acked)
+    if (s->sending_frame.frame_seq > s->acked) {
         s->unacked[s->n_unacked++] = s->sending_frame.frame_seq;
+        lum_line_begin(&s->line, s->sending_frame.frame_seq, lum_clock_ns());
+    }
 }
 
 static bool can_send_locked(const struct lum_stream *s)
@@ -203,6 +210,8 @@ static void next_locked(struct lum_stream *s, struct lum_stream_tile *ret_tile)
     header.flags |= frame->flags & LUM_FRAME_CONVERGED;
     if (--s->n_to_send == 0)
         header.flags |= LUM_FRAME_LAST_TILE;
+    if (frame->frame_seq > s->acked)
+        lum_line_add(&s->line, LUM_FRAME_HEADER_BYTES + slot->sending->n_bytes, s->n_to_send == 0);
     slot->sent_version = slot->sending->header.frame_seq;
     ret_tile->blob = slot->sending;
     ret_tile->header = header;
@@ -227,7 +236,7 @@ bool lum_stream_pending(struct lum_stream *s)
     return pending;
 }
 
-bool lum_stream_ack(struct lum_stream *s, uint64_t frame_seq)
+bool lum_stream_ack(struct lum_stream *s, uint64_t frame_seq, int64_t held_ns)
 {
     pthread_mutex_lock(&s->lock);
     bool is_new = frame_seq > s->acked && frame_seq <= s->newest_frame.frame_seq;
@@ -238,9 +247,28 @@ bool lum_stream_ack(struct lum_stream *s, uint64_t frame_seq)
         s->n_unacked -= n;
         memmove(s->unacked, s->unacked + n, s->n_unacked * sizeof s->unacked[0]);
         s->acked = frame_seq;
+        s->acked_ns = lum_clock_ns();
+        lum_line_answer(&s->line, frame_seq, held_ns, s->acked_ns);
     }
     pthread_mutex_unlock(&s->lock);
     return is_new;
+}
+
+bool lum_stream_is_idle(struct lum_stream *s, int64_t *ret_since_ns)
+{
+    pthread_mutex_lock(&s->lock);
+    bool idle = s->n_to_send == 0 && !has_unbegun_locked(s) && s->n_unacked == 0;
+    *ret_since_ns = s->acked_ns;
+    pthread_mutex_unlock(&s->lock);
+    return idle;
+}
+
+double lum_stream_line(struct lum_stream *s)
+{
+    pthread_mutex_lock(&s->lock);
+    double bytes_s = s->line.bytes_s;
+    pthread_mutex_unlock(&s->lock);
+    return bytes_s;
 }
 
 uint64_t lum_stream_skipped(struct lum_stream *s)

@@ -46,6 +46,11 @@ bool lum_stream_wants_frame(struct lum_stream *s);
 bool lum_stream_publish(struct lum_stream *s, uint64_t frame_seq, struct lum_encoded_tile **tiles);
 /* The view's size changed: forget everything sent. False when memory is short: nothing changed. */
 bool lum_stream_resize(struct lum_stream *s, uint32_t n_tiles);
+/* True when the client has said that it has all that was published; *ret_since_ns: when it said so, 0 before the first
+ * frame. */
+bool lum_stream_is_idle(struct lum_stream *s, int64_t *ret_since_ns);
+/* Bytes a second that reach the client, as far as its acknowledgements tell (line.h); 0: not known. */
+double lum_stream_line(struct lum_stream *s);
 
 /* ---- net ---- */
 struct lum_stream_tile {
@@ -61,8 +66,8 @@ bool lum_stream_pending(struct lum_stream *s);
 /* Gives back the credit of this frame and of all before it. It may be any published frame: frame.stats can tell its
  * number before its tiles are sent, and an acknowledgement lost for coming early would never be repeated. Still only
  * one frame is on its way at a time: the next begins after the last tile. False, and ignored: a number that is not
- * published yet, or not above those acknowledged before. */
-bool lum_stream_ack(struct lum_stream *s, uint64_t frame_seq);
+ * published yet, or not above those acknowledged before. held_ns: since when the client has the frame, as it says. */
+bool lum_stream_ack(struct lum_stream *s, uint64_t frame_seq, int64_t held_ns);
 /* Frames skipped by this client so far. */
 uint64_t lum_stream_skipped(struct lum_stream *s);
 

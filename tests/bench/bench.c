@@ -28,6 +28,8 @@ static const struct lum_bench benches[] = {
     {"growth", "the same as VPLs, records, moving objects, triangles and pixels become more", NULL, lum_bench_growth},
     {"budgets", "are --error and --time kept, and was it foreseen; every scene, several seeds", NULL,
      lum_bench_budgets},
+    {"codecs", "bytes, time and error of tiles as JPEG, WebP and PNG; first frames of every scene", NULL,
+     lum_bench_codecs},
     {"effects", "what each effect costs, in every subset that a scene calls for; what methods leave out", NULL,
      lum_bench_effects},
     {"errors", "does the error that pictures state cover the one that they have; every scene, method, 30 seeds", NULL,

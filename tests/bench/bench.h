@@ -38,6 +38,7 @@ struct lum_bench {
 int lum_bench_accuracy(const struct lum_bench_options *options);
 int lum_bench_ais(const struct lum_bench_options *options);
 int lum_bench_budgets(const struct lum_bench_options *options);
+int lum_bench_codecs(const struct lum_bench_options *options);
 int lum_bench_effects(const struct lum_bench_options *options);
 int lum_bench_errors(const struct lum_bench_options *options);
 int lum_bench_export(const struct lum_bench_options *options);

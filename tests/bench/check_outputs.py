@@ -17,6 +17,7 @@ FILES = {
     "accuracy": {"accuracy", "accuracy-break-even", "accuracy-desk", "accuracy-desk-chart"},
     "errors": {"errors"},
     "budgets": {"budgets"},
+    "codecs": {"codecs"},
     "effects": {"effects", "effects-bars", "effects-left-out", "effects-subsets"},
     "instant": {"instant", "instant-speedup", "instant-cornell", "instant-wobble"},
     "growth": {"growth"},

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "core/base/team.h"
+#include "core/cache/store.h"
 #include "core/path/guide.h"
 #include "tests/support/crew.h"
 #include "tests/support/effort.h"
@@ -160,11 +161,23 @@ static void pictures_are_those_of_one(void **state)
 
 enum { SHORT_PASSES = 5 };
 
+/* Records that this thread puts into a store, since it began to count, and which of them finds no room there; 0: none.
+ */
+static _Thread_local uint64_t n_inserted, fails_at;
+
+bool __real_lum_store_insert(struct lum_store *store, uint32_t worker, struct lum_cache_record *record);
+bool __wrap_lum_store_insert(struct lum_store *store, uint32_t worker, struct lum_cache_record *record);
+bool __wrap_lum_store_insert(struct lum_store *store, uint32_t worker, struct lum_cache_record *record)
+{
+    return ++n_inserted != fails_at && __real_lum_store_insert(store, worker, record);
+}
+
 /* The k-th allocation of one pass fails at the last member, which goes on as long as its passes succeed. */
 struct shortage {
     const char *method;
     uint32_t pass;
     uint64_t k;
+    bool records; /* the k-th record finds no room, in place of the k-th allocation */
 };
 
 static void look_short(struct lum_team *team, void *user)
@@ -178,13 +191,33 @@ static void look_short(struct lum_team *team, void *user)
         struct lum_error err;
         if (!r.settings.method->progressive)
             edit(&r, (int)i);
-        lum_alloc_fail_after(i == sh->pass && team->rank == team->size - 1 ? sh->k : 0);
+        uint64_t k = i == sh->pass && team->rank == team->size - 1 ? sh->k : 0;
+        n_inserted = 0;
+        fails_at = sh->records ? k : 0;
+        lum_alloc_fail_after(sh->records ? 0 : k);
         enum lum_status status = lum_view_pass(r.view, r.snapshot, &r.settings, NULL, &stats, &err);
         lum_alloc_fail_after(0);
         if (status != LUM_OK)
             team->kind->give_up(team, err.text);
     }
     rig_end(&r);
+}
+
+/* Of a pass of one alone. */
+static uint64_t count_records(const char *method, uint32_t pass)
+{
+    struct rig r;
+    begin(&r, method, false);
+    for (uint32_t i = 0; i <= pass; i++) {
+        struct lum_pass_stats stats;
+        struct lum_error err;
+        if (!r.settings.method->progressive)
+            edit(&r, (int)i);
+        n_inserted = 0;
+        assert_int_equal(lum_view_pass(r.view, r.snapshot, &r.settings, NULL, &stats, &err), LUM_OK);
+    }
+    rig_end(&r);
+    return n_inserted;
 }
 
 /* 0: it ended well; CREW_GAVE_UP: one gave up. All else fails. */
@@ -213,13 +246,32 @@ static void short_memory_parts_none(void **state)
     skip(); /* its runtime starts no threads in a child of a process that had some */
 #endif
     for (uint64_t k = 1; k <= 3; k++) /* the guide, its nodes, and its first cells */
-        assert_int_equal(exit_of((struct shortage){"path", 1, k}), CREW_GAVE_UP);
+        assert_int_equal(exit_of((struct shortage){"path", 1, k, false}), CREW_GAVE_UP);
     for (uint32_t pass = 2; pass < SHORT_PASSES; pass++) /* more cells */
-        (void)exit_of((struct shortage){"path", pass, 1});
+        (void)exit_of((struct shortage){"path", pass, 1, false});
     int n_whole = 0;
     for (uint64_t k = 60; k <= 90; k++) /* of the first frame: caches, VPLs, rays that are kept, records, probes */
-        n_whole += exit_of((struct shortage){"live", 0, k}) == 0;
+        n_whole += exit_of((struct shortage){"live", 0, k, false}) == 0;
     assert_true(n_whole > 0);
+}
+
+/* Where there is no room for a record a view makes some, and begins anew: a member of a team cannot do so alone, and
+ * least of all in its last round, when the others go on to other work. */
+static void records_without_room_part_none(void **state)
+{
+    (void)state;
+#if defined(__SANITIZE_THREAD__)
+    skip();
+#endif
+    const char *methods[] = {"live", "irrcache"};
+    for (int m = 0; m < 2; m++)
+        for (uint32_t pass = 0; pass < 2; pass++) {
+            uint64_t n = count_records(methods[m], pass);
+            assert_true(n > 8);
+            const uint64_t at[] = {1, n / 2, n - 1, n};
+            for (int i = 0; i < 4; i++)
+                assert_int_equal(exit_of((struct shortage){methods[m], pass, at[i], true}), CREW_GAVE_UP);
+        }
 }
 
 int main(void)
@@ -227,6 +279,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pictures_are_those_of_one),
         cmocka_unit_test(short_memory_parts_none),
+        cmocka_unit_test(records_without_room_part_none),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -250,7 +250,7 @@ struct lum_frame_header client_next_frame(struct client *c, uint8_t *pixels)
                        t.blob->bytes + (size_t)y * t.header.w * 4, (size_t)t.header.w * 4);
         lum_encoded_tile_unref(t.blob);
         if (t.header.flags & LUM_FRAME_LAST_TILE) {
-            lum_stream_ack(s, t.header.frame_seq);
+            lum_stream_ack(s, t.header.frame_seq, 0);
             assert_true(lum_director_post(c->director, lum_request_create(&lum_request_wake)));
             return t.header;
         }

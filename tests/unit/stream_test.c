@@ -75,6 +75,29 @@ static void test_unchanged_tiles_are_not_sent_again(void **state)
     lum_stream_unref(s);
 }
 
+/* From the first frame until the last that was published is acknowledged, the client may have it to come. */
+static void test_idle_is_when_the_client_has_all(void **state)
+{
+    (void)state;
+    struct lum_stream *s = lum_stream_create(3, N_TILES);
+    uint64_t seq;
+    int64_t since_ns, before_ns;
+    assert_true(lum_stream_is_idle(s, &since_ns) && since_ns == 0);
+    for (uint64_t n = 1; n <= 4; n += 2) {
+        assert_true(publish(s, n, 0x3f) && !lum_stream_is_idle(s, &since_ns));
+        read_frame(s, &seq);
+        assert_false(lum_stream_is_idle(s, &since_ns));
+        assert_true(publish(s, n + 1, 1));
+        assert_true(lum_stream_ack(s, n, 0) && !lum_stream_is_idle(s, &since_ns));
+        read_frame(s, &seq);
+        assert_false(lum_stream_is_idle(s, &since_ns));
+        before_ns = lum_clock_ns();
+        assert_true(lum_stream_ack(s, n + 1, 0) && lum_stream_is_idle(s, &since_ns));
+        assert_true(since_ns >= before_ns && since_ns <= lum_clock_ns());
+    }
+    lum_stream_unref(s);
+}
+
 static void test_skipped_frame_leaves_its_tiles_to_the_next(void **state)
 {
     (void)state;
@@ -121,16 +144,16 @@ static void test_credit(void **state)
     assert_false(lum_stream_wants_frame(s));
     publish(s, ++n, 1);
     assert_false(lum_stream_pending(s)); /* no credit: the frame waits, and may be skipped */
-    assert_false(lum_stream_ack(s, 0));
-    assert_false(lum_stream_ack(s, 999));
+    assert_false(lum_stream_ack(s, 0, 0));
+    assert_false(lum_stream_ack(s, 999, 0));
     assert_false(lum_stream_pending(s));
-    assert_true(lum_stream_ack(s, 1));
+    assert_true(lum_stream_ack(s, 1, 0));
     assert_true(lum_stream_pending(s));
-    assert_false(lum_stream_ack(s, 1)); /* repeated: ignored */
+    assert_false(lum_stream_ack(s, 1, 0)); /* repeated: ignored */
     assert_int_equal(read_frame(s, &seq), 1);
     assert_int_equal(seq, n);
     assert_false(lum_stream_wants_frame(s));
-    lum_stream_ack(s, n); /* the newest gives back all */
+    lum_stream_ack(s, n, 0); /* the newest gives back all */
     for (uint64_t i = 1; i <= LUM_LIMIT_UNACKED_FRAMES; i++) {
         assert_true(lum_stream_wants_frame(s));
         publish(s, ++n, 1);
@@ -149,7 +172,7 @@ static void test_an_ack_before_the_last_tile_counts(void **state)
     uint64_t seq = 0, got;
     for (uint32_t n_sent = 0; n_sent < N_TILES; n_sent++) {
         assert_true(lum_stream_wants_frame(s));
-        assert_false(lum_stream_ack(s, seq + 1)); /* not published yet */
+        assert_false(lum_stream_ack(s, seq + 1, 0)); /* not published yet */
         publish(s, ++seq, 0x3f);
         for (uint32_t i = 0; i < n_sent; i++) {
             struct lum_stream_tile t;
@@ -157,8 +180,8 @@ static void test_an_ack_before_the_last_tile_counts(void **state)
             assert_false(t.header.flags & LUM_FRAME_LAST_TILE);
             lum_encoded_tile_unref(t.blob);
         }
-        assert_true(lum_stream_ack(s, seq));
-        assert_false(lum_stream_ack(s, seq));
+        assert_true(lum_stream_ack(s, seq, 0));
+        assert_false(lum_stream_ack(s, seq, 0));
         assert_false(lum_stream_wants_frame(s)); /* not before its last tile */
         assert_int_equal(read_frame(s, &got), 0x3f & ~((1u << n_sent) - 1u));
         assert_int_equal(got, seq);
@@ -179,8 +202,8 @@ static void test_an_ack_covers_all_before_it(void **state)
     publish(s, 30, 1); /* waits for credit, and is skipped */
     publish(s, 40, 1);
     assert_false(lum_stream_pending(s));
-    assert_true(lum_stream_ack(s, 30));
-    assert_false(lum_stream_ack(s, 20));
+    assert_true(lum_stream_ack(s, 30, 0));
+    assert_false(lum_stream_ack(s, 20, 0));
     assert_int_equal(read_frame(s, &got), 1);
     assert_int_equal(got, 40);
     assert_true(lum_stream_wants_frame(s)); /* 40 alone is out */
@@ -196,7 +219,7 @@ static void test_resize_after_an_early_ack(void **state)
     publish(s, 1, 0x3f);
     assert_true(lum_stream_next(s, &t));
     lum_encoded_tile_unref(t.blob);
-    assert_true(lum_stream_ack(s, 1));
+    assert_true(lum_stream_ack(s, 1, 0));
     assert_true(lum_stream_resize(s, N_TILES)); /* its credit came back already */
     for (uint64_t seq = 2; seq < 2 + LUM_LIMIT_UNACKED_FRAMES; seq++) {
         assert_true(lum_stream_wants_frame(s));
@@ -285,7 +308,7 @@ static void test_random_interleaving_against_a_model(void **state)
                 truth[published][i] = mask & (1u << i) ? published : truth[published - 1][i];
             assert_true(publish(s, published, mask));
         } else if (action == 1) {
-            lum_stream_ack(s, last_ack);
+            lum_stream_ack(s, last_ack, 0);
         } else if (lum_stream_next(s, &t)) {
             memcpy(&client[t.header.x], t.blob->bytes, sizeof client[0]);
             if (t.header.flags & LUM_FRAME_LAST_TILE) {
@@ -321,7 +344,7 @@ static void test_two_threads(void **state)
         assert_true(seq > newest);
         newest = seq;
         n_frames++;
-        lum_stream_ack(s, seq);
+        lum_stream_ack(s, seq, 0);
     }
     pthread_join(thread, NULL);
     assert_int_equal(n_frames + lum_stream_skipped(s), 20000);
@@ -332,6 +355,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_unchanged_tiles_are_not_sent_again),
+        cmocka_unit_test(test_idle_is_when_the_client_has_all),
         cmocka_unit_test(test_skipped_frame_leaves_its_tiles_to_the_next),
         cmocka_unit_test(test_newer_frame_waits_for_the_end_of_the_one_begun),
         cmocka_unit_test(test_credit),

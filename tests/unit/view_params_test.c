@@ -10,6 +10,7 @@
 
 #include "core/trace/effect.h"
 #include "protocol/json/json.h"
+#include "protocol/message/frame.h"
 #include "protocol/record/field.h"
 #include "server/director/view_params.h"
 
@@ -86,7 +87,12 @@ static void what_is_wrong_is_named(void **state)
         {"{'quality':1.5}", "invalid_value", "quality"},
         {"{'downscale':3}", "invalid_value", "downscale"},
         {"{'spp':65537}", "invalid_value", "spp"},
-        {"{'codec':'webp'}", "invalid_value", "codec"},
+        {"{'codec':'avif'}", "invalid_value", "codec"},
+        {"{'codecs':'webp'}", "invalid_value", "codecs"},
+        {"{'codecs':{'webp':true}}", "invalid_value", "codecs"},
+        {"{'codecs':['webp',1]}", "invalid_value", "codecs"},
+        {"{'codecs':['1','2','3','4','5','6','7','8','9','10','11','12','13','14','15','16','17']}", "invalid_value",
+         "codecs"},
         {"{'exposure_ev':41}", "invalid_value", "exposure_ev"},
         {"{'white_balance_k':1666}", "invalid_value", "white_balance_k"},
         {"{'stats':1}", "invalid_value", "stats"},
@@ -119,6 +125,22 @@ static void what_is_wrong_is_named(void **state)
         if (read(cases[i].text, &p, &err) || strcmp(err.app, cases[i].app) != 0 || strcmp(err.path, cases[i].path) != 0)
             fail_msg("%s: \"%s\" at \"%s\": %s", cases[i].text, err.app, err.path, err.text);
     }
+}
+
+/* What the client reads: names that are none of ours stand for nothing. */
+static void codecs_are_a_set(void **state)
+{
+    (void)state;
+    assert_int_equal(params("{'codecs':['webp','jpeg','webp','h266','']}").codecs,
+                     1u << LUM_CODEC_WEBP | 1u << LUM_CODEC_JPEG);
+    struct lum_view_params p = lum_view_params_default(), more = params("{'codecs':['webp']}");
+    lum_view_params_merge(&p, &more);
+    more = params("{'quality':50}");
+    lum_view_params_merge(&p, &more);
+    assert_int_equal(p.codecs, 1u << LUM_CODEC_WEBP);
+    more = params("{'codecs':null}");
+    lum_view_params_merge(&p, &more);
+    assert_int_equal(p.codecs, 0);
 }
 
 static void merging_takes_what_is_given(void **state)
@@ -176,8 +198,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_member_sets_its_own_bit),      cmocka_unit_test(what_is_wrong_is_named),
-        cmocka_unit_test(solo_lasts_until_it_is_given_again), cmocka_unit_test(merging_takes_what_is_given),
-        cmocka_unit_test(one_camera_replaces_the_other),      cmocka_unit_test(effects_that_are_not_named_stay),
+        cmocka_unit_test(solo_lasts_until_it_is_given_again), cmocka_unit_test(codecs_are_a_set),
+        cmocka_unit_test(merging_takes_what_is_given),        cmocka_unit_test(one_camera_replaces_the_other),
+        cmocka_unit_test(effects_that_are_not_named_stay),
     };
     return cmocka_run_group_tests_name("view_params", tests, NULL, NULL);
 }

@@ -21,7 +21,8 @@ export interface ViewMembers {
     camera?: CameraPose;
     camera_id?: string;
     camera_seq?: number;
-    codec?: 'jpeg' | 'png' | 'rgba8' | 'half_deflate';
+    codec?: 'jpeg' | 'png' | 'rgba8' | 'half_deflate' | 'webp';
+    codecs?: readonly string[] | null;
     quality?: number;
     downscale?: 0 | 1 | 2;
     method?: string;
@@ -168,7 +169,7 @@ export interface Params {
     'view.update': ViewMembers & { view_id: number };
     'view.close': { view_id: number };
     'view.read': Pixel;
-    'frame.ack': { view_id: number; frame_seq: number };
+    'frame.ack': { view_id: number; frame_seq: number; held_ms?: number };
     pick: Pixel;
     bounds: { id: string };
     photometry: { id: string };

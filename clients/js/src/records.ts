@@ -621,6 +621,12 @@ export interface FrameStats {
     tiles: number;
     /** bytes; of these tiles, headers included */
     bytes: number;
+    /** name; of these tiles */
+    codec: string;
+    /** of these tiles, as quality of the view; 100 of exact ones */
+    quality: number;
+    /** bytes per second; that reach the client, at least, as far as its acknowledgements tell; null: not known */
+    line_bytes_s: number | null;
     /** boolean; the picture shows the map that the view's overlay asks for */
     overlay_map: boolean;
     /** object; with such a map, but of shapes: what its colours stand for */

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "core/base/team.h"
 #include "core/effect/indirect/interpolated.h"
 #include "core/math/sampler.h"
 #include "core/pass/share.h"
@@ -405,13 +406,21 @@ static bool insert_batch(struct run *run)
     return !run->full;
 }
 
+/* A store that has reached its size is full at all members of a team; one that memory is short for, at one, which would
+ * make room while the others go on. Where a member stops is told when it stops, and by the others before each round, so
+ * that they meet here. */
+static void agree(const struct run *run)
+{
+    if (run->runner->team)
+        lum_team_compare(run->runner->team, run->full, "the room for records of indirect light");
+}
+
 static enum lum_status make_round(struct run *run, uint32_t side)
 {
-    if (!request_all(run, side)) {
-        run->full = true;
+    run->full = !request_all(run, side);
+    agree(run);
+    if (run->full)
         drop_batch(run);
-        return LUM_OK;
-    }
     if (run->n_batch == 0)
         return LUM_OK;
     enum lum_status status = make_batch(run, run->cache->key.kind->build);
@@ -434,6 +443,8 @@ static enum lum_status make_rounds(struct run *run, struct lum_error *err)
         status = refresh(run, err);
     for (uint32_t side = LUM_RECORDS_BLOCK; side > 0 && status == LUM_OK && !run->full; side /= 2)
         status = make_round(run, side);
+    if (status == LUM_OK)
+        agree(run);
     return status;
 }
 

@@ -211,7 +211,7 @@ export class App {
     start(canvas: HTMLCanvasElement): void {
         this.canvas = canvas;
         this.picture = new Picture(canvas, {
-            onDrawn: (last) => this.drawn(last),
+            onDrawn: (last, arrivedAt) => this.drawn(last, arrivedAt),
             onBroken: (last, error) => this.broke(last, error),
         });
         this.link.connect();
@@ -531,7 +531,7 @@ export class App {
     }
 
     /** A whole frame is on the canvas. In a hidden tab, where nobody looks, the next one is asked for by the ping alone. */
-    private drawn(last: FrameHeader): void {
+    private drawn(last: FrameHeader, arrivedAt: number): void {
         this.broken = 0;
         this.comeback.drawn(last.sceneRev);
         const cameraLatency = this.view.drawn(last);
@@ -541,20 +541,21 @@ export class App {
             this.awaitedEdit = null;
         }
         this.meter.drawn(last);
-        if (!document.hidden) this.acknowledge(last);
+        if (!document.hidden) this.acknowledge(last, arrivedAt);
         this.ackedSeq = last.frameSeq;
     }
 
     /** The first time it is not acknowledged: it is not on the screen. One that fails again must not stop the picture. */
     private broke(last: FrameHeader, error: Error): void {
         this.broken++;
-        if (this.broken > 1) this.acknowledge(last);
+        if (this.broken > 1) this.acknowledge(last, performance.now());
         if (this.broken <= MAX_RESENDS) setTimeout(() => this.view.resend(), this.broken > 1 ? RESEND_PAUSE_MS : 0);
         else if (this.broken === MAX_RESENDS + 1) this.report(new Error(`A part of the picture cannot be shown: ${error.message}`));
     }
 
-    private acknowledge(last: FrameHeader): void {
-        this.rpc?.notify('frame.ack', { view_id: last.viewId, frame_seq: last.frameSeq });
+    /** The time that drawing took is not the line's. */
+    private acknowledge(last: FrameHeader, arrivedAt: number): void {
+        this.rpc?.notify('frame.ack', { view_id: last.viewId, frame_seq: last.frameSeq, held_ms: performance.now() - arrivedAt });
     }
 
     private accepted(rev: number, sentAt: number): void {

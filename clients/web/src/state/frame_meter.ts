@@ -114,6 +114,8 @@ export interface ServerNumbers extends Work {
     method: string;
     /** What "automatic" exposure currently is; null: the server did not say. */
     exposureEv: number | null;
+    /** How the frame came: "jpeg 85". WebP and PNG of 100 are exact. */
+    coding: string;
 }
 
 export class FrameMeter {
@@ -172,6 +174,7 @@ export class FrameMeter {
             legend: isObject(params.overlay) ? legendOf(params.overlay) : null,
             method: stringOr(params.method, ''),
             exposureEv: typeof params.exposure_ev === 'number' ? params.exposure_ev : null,
+            coding: `${stringOr(params.codec, '')} ${numberOr(params.quality, 0)}`,
         };
         if (!rendered) return;
         this.frameHistory.push(work.ms);

@@ -33,6 +33,9 @@ export function StatusBar() {
             <Item label="net" title="Received here">
                 {number(Math.round(app.meter.kbits.value))} kbit/s
             </Item>
+            <Item label="codec" title="How the picture came">
+                {server?.coding ?? '–'}
+            </Item>
             <Item label="rev" title="Revision of the scene in the picture">
                 {frame ? number(frame.sceneRev) : '–'}
             </Item>

@@ -34,7 +34,8 @@ async function decode({ header, payload }: Frame): Promise<ImageBitmap | null> {
 const asError = (error: unknown): Error => (error instanceof Error ? error : new Error(String(error)));
 
 export interface PictureEvents {
-    onDrawn(last: FrameHeader): void;
+    /** arrivedAt: when its last tile came, as performance.now() counts. */
+    onDrawn(last: FrameHeader, arrivedAt: number): void;
     /** Something of the frame could not be shown, for this reason. */
     onBroken(last: FrameHeader, error: Error): void;
 }
@@ -59,9 +60,10 @@ export class Picture {
         this.tiles.push({ header: frame.header, pixels });
         if ((frame.header.flags & Flag.lastTile) === 0) return;
         const { tiles, generation } = this;
+        const arrivedAt = performance.now();
         this.tiles = [];
         // Whatever happens to one frame, the next is drawn.
-        this.drawn = this.drawn.then(() => this.draw(tiles, generation)).catch((error: unknown) => {
+        this.drawn = this.drawn.then(() => this.draw(tiles, generation, arrivedAt)).catch((error: unknown) => {
             if (generation === this.generation) this.events.onBroken(frame.header, asError(error));
         });
     }
@@ -72,7 +74,7 @@ export class Picture {
         this.generation++;
     }
 
-    private async draw(tiles: Tile[], generation: number): Promise<void> {
+    private async draw(tiles: Tile[], generation: number, arrivedAt: number): Promise<void> {
         const decoded = await Promise.allSettled(tiles.map((t) => t.pixels));
         const pixels = decoded.map((d) => (d.status === 'fulfilled' ? d.value : null));
         const failure = decoded.find((d) => d.status === 'rejected');
@@ -84,7 +86,7 @@ export class Picture {
             if (failure) throw failure.reason;
             // What is on screen, readable from outside: tests wait for it.
             Object.assign(this.canvas.dataset, { frame: last.frameSeq, rev: last.sceneRev, camera: last.cameraSeq });
-            this.events.onDrawn(last);
+            this.events.onDrawn(last, arrivedAt);
         } finally {
             for (const bitmap of pixels) bitmap?.close();
         }

@@ -1,0 +1,124 @@
+#include "server/stream/coding.h"
+
+#include <stddef.h>
+
+#include "core/base/base.h"
+
+/* Of pictures of `live`, which is what moves: root mean square error and bytes of both, by `lumend-bench codecs`
+ * (tests/bench/RESULTS.md). Above 90 JPEG keeps the resolution of colours, which WebP does not have. Other pictures
+ * have other numbers, and nearly the same ratios. */
+struct knot {
+    double quality, webp_quality;
+    double jpeg_bytes, webp_bytes; /* a pixel */
+};
+static const struct knot knots[] = {
+    {1, 1, 0.04, 0.02},     {20, 6, 0.099, 0.038},  {50, 25, 0.137, 0.066},  {70, 43, 0.170, 0.085},
+    {85, 77, 0.230, 0.130}, {90, 90, 0.326, 0.194}, {100, 90, 0.750, 0.194},
+};
+#define JPEG_NS_PIXEL 3.0
+#define WEBP_NS_PIXEL 32.0
+
+#define SEEN_AT_ONCE_S 0.060 /* JPEG that comes so soon is left alone: what hands do is shown as they move */
+#define FEW_S 0.100          /* above, fewer than ten pictures a second */
+#define SLOWEST 8.0          /* a machine that halted for a moment, or tables that are made once, tell nothing more */
+#define BETTER 0.8           /* of the time, that another step must take at most */
+#define BACK 0.5             /* of a limit, at which a step back up is taken: pictures differ in what WebP gains */
+
+enum {
+    STEP_JPEG,
+    STEP_WEBP,
+    STEP_WEBP_ROUGH,
+    ROUGH_QUALITY = 50, /* a quarter of the bytes of JPEG 85, 1.6 times its error */
+    STAY_FRAMES = 4,    /* what a step really takes is known then */
+};
+
+static struct knot at(double quality)
+{
+    size_t i = 1;
+    while (i + 1 < LUM_ARRAY_LEN(knots) && knots[i].quality < quality)
+        i++;
+    const struct knot *a = &knots[i - 1], *b = &knots[i];
+    double t = (quality - a->quality) / (b->quality - a->quality);
+    return (struct knot){quality, a->webp_quality + t * (b->webp_quality - a->webp_quality),
+                         a->jpeg_bytes + t * (b->jpeg_bytes - a->jpeg_bytes),
+                         a->webp_bytes + t * (b->webp_bytes - a->webp_bytes)};
+}
+
+int lum_coding_webp_quality(uint32_t quality)
+{
+    return (int)(at(quality).webp_quality + 0.5);
+}
+
+static struct lum_coding of_step(int step, uint32_t quality)
+{
+    if (step == STEP_WEBP_ROUGH && quality > ROUGH_QUALITY)
+        quality = ROUGH_QUALITY;
+    return (struct lum_coding){step == STEP_JPEG ? LUM_CODEC_JPEG : LUM_CODEC_WEBP, (uint8_t)quality};
+}
+
+/* Bytes of a step, of those that JPEG of the quality that was asked for takes. */
+static double share(int step, uint32_t quality)
+{
+    struct lum_coding c = of_step(step, quality);
+    return (step == STEP_JPEG ? at(c.quality).jpeg_bytes : at(c.quality).webp_bytes) / at(quality).jpeg_bytes;
+}
+
+static double ns_pixel(int step)
+{
+    return step == STEP_JPEG ? JPEG_NS_PIXEL : WEBP_NS_PIXEL;
+}
+
+/* Encoding, and the line. */
+static double seconds(const struct lum_coding_state *s, int step, uint32_t quality, const struct lum_coding_line *line)
+{
+    return s->n_pixels * ns_pixel(step) * s->slowness * 1e-9 / line->threads +
+           s->plain_bytes * share(step, quality) / line->bytes_s;
+}
+
+static int better_step(const struct lum_coding_state *s, uint32_t quality, const struct lum_coding_line *line)
+{
+    double jpeg = seconds(s, STEP_JPEG, quality, line), webp = seconds(s, STEP_WEBP, quality, line),
+           rough = seconds(s, STEP_WEBP_ROUGH, quality, line);
+    switch (s->step) {
+    case STEP_JPEG:
+        return jpeg > SEEN_AT_ONCE_S && webp < BETTER * jpeg ? STEP_WEBP : STEP_JPEG;
+    case STEP_WEBP:
+        if (jpeg < BACK * SEEN_AT_ONCE_S || jpeg < BETTER * webp)
+            return STEP_JPEG;
+        return webp > FEW_S && rough < BETTER * webp && !line->colors ? STEP_WEBP_ROUGH : STEP_WEBP;
+    default:
+        return webp < BACK * FEW_S ? STEP_WEBP : STEP_WEBP_ROUGH;
+    }
+}
+
+struct lum_coding lum_coding_choose(struct lum_coding_state *s, uint32_t quality, const struct lum_coding_line *line)
+{
+    int step = s->step;
+    if (!line->webp)
+        step = STEP_JPEG;
+    else if (line->colors && step == STEP_WEBP_ROUGH)
+        step = STEP_WEBP;
+    else if (s->stay == 0 && s->plain_bytes > 0.0 && line->bytes_s > 0.0)
+        step = better_step(s, quality, line);
+    if (step != s->step)
+        s->stay = STAY_FRAMES;
+    s->step = step;
+    return of_step(step, quality);
+}
+
+/* The frame before tells most; one of few tiles says little of the next. */
+static double mixed(double was, double is)
+{
+    return was > 0.0 ? was + 0.5 * (is - was) : is;
+}
+
+void lum_coding_note(struct lum_coding_state *s, uint32_t quality, const struct lum_coding_cost *cost)
+{
+    if (cost->n_pixels == 0)
+        return;
+    s->stay -= s->stay > 0;
+    s->plain_bytes = mixed(s->plain_bytes, (double)cost->n_bytes / share(s->step, quality));
+    s->n_pixels = mixed(s->n_pixels, (double)cost->n_pixels);
+    double slowness = (double)cost->cpu_ns / ((double)cost->n_pixels * ns_pixel(s->step));
+    s->slowness = mixed(s->slowness, slowness < SLOWEST ? slowness : SLOWEST);
+}

@@ -1,0 +1,49 @@
+/* How tiles that need not be exact are coded: as JPEG or as WebP, how well, and which of it suits a line.
+ *
+ * Three steps, each of fewer bytes than the one before: JPEG as the client asked for it; WebP of the same error, which
+ * takes half the bytes and ten times the time; WebP of more error, where even that shows fewer than ten pictures a
+ * second. What a step takes is reckoned from what the frames before took. A step is left when another is better by a
+ * margin, and not before a few frames were sent with it: the ways to and fro have different limits. */
+#ifndef LUM_SERVER_STREAM_CODING_H
+#define LUM_SERVER_STREAM_CODING_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "protocol/message/frame.h"
+
+struct lum_coding {
+    uint8_t codec;   /* enum lum_codec */
+    uint8_t quality; /* of both codecs as JPEG has it */
+};
+
+struct lum_coding_state {
+    int step;
+    uint32_t stay;      /* frames until another step may be taken */
+    double plain_bytes; /* a frame takes as JPEG; 0: not known */
+    double n_pixels;    /* of a frame */
+    double slowness;    /* of this machine: 1 as the one that the table was made on */
+};
+
+/* What a frame took. */
+struct lum_coding_cost {
+    uint64_t n_bytes, n_pixels, cpu_ns;
+};
+
+struct lum_coding_line {
+    double bytes_s; /* 0: not known */
+    uint32_t threads;
+    bool webp;   /* the client reads it, and this build writes it */
+    bool colors; /* stand for values: no more error than was asked for */
+};
+
+/* The next frame's. */
+struct lum_coding lum_coding_choose(struct lum_coding_state *state, uint32_t quality,
+                                    const struct lum_coding_line *line);
+/* A frame was coded as was chosen last. */
+void lum_coding_note(struct lum_coding_state *state, uint32_t quality, const struct lum_coding_cost *cost);
+
+/* WebP's own number for the error that JPEG of this quality has. */
+int lum_coding_webp_quality(uint32_t quality);
+
+#endif

@@ -1,0 +1,181 @@
+/* Which coding is chosen for which line: in steps, without flapping, and never worse than what was asked for where the
+ * line is wide. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "server/stream/coding.h"
+
+#define PIXELS 400000.0
+#define QUALITY 85u
+
+/* Of a picture of 400 000 pixels, smooth, as WebP of so many times the bytes that the table has. The numbers are those
+ * of the measurement that the table is from. */
+struct picture {
+    double jpeg_bytes, webp_of_jpeg, rough_of_jpeg;
+};
+static const struct picture smooth = {92000, 0.55, 0.28}, noisy = {204000, 0.75, 0.48}, simple = {43000, 0.38, 0.2};
+
+static struct lum_coding frame(struct lum_coding_state *s, const struct picture *p, double bytes_s, double wobble)
+{
+    struct lum_coding c = lum_coding_choose(
+        s, QUALITY, &(struct lum_coding_line){.bytes_s = bytes_s, .threads = 2, .webp = true, .colors = false});
+    double share = c.codec == LUM_CODEC_JPEG ? 1.0 : c.quality == QUALITY ? p->webp_of_jpeg : p->rough_of_jpeg;
+    double ns = c.codec == LUM_CODEC_JPEG ? 3.0 : 35.0;
+    lum_coding_note(s, QUALITY,
+                    &(struct lum_coding_cost){(uint64_t)(p->jpeg_bytes * share * wobble), (uint64_t)PIXELS,
+                                              (uint64_t)(ns * PIXELS)});
+    return c;
+}
+
+static int step_of(struct lum_coding c)
+{
+    return c.codec == LUM_CODEC_JPEG ? 0 : c.quality == QUALITY ? 1 : 2;
+}
+
+static struct lum_coding settled(const struct picture *p, double bytes_s, struct lum_coding_state *s)
+{
+    struct lum_coding c = {0};
+    for (int n = 0; n < 40; n++)
+        c = frame(s, p, bytes_s, 1.0);
+    return c;
+}
+
+static void without_webp_it_is_what_was_asked_for(void **state)
+{
+    (void)state;
+    for (uint32_t quality = 1; quality <= 100; quality++) {
+        struct lum_coding_state s = {0};
+        for (int n = 0; n < 20; n++) {
+            struct lum_coding c =
+                lum_coding_choose(&s, quality, &(struct lum_coding_line){.bytes_s = 1000, .threads = 1});
+            assert_true(c.codec == LUM_CODEC_JPEG && c.quality == quality);
+            lum_coding_note(&s, quality, &(struct lum_coding_cost){100000, 400000, 1000000});
+        }
+    }
+}
+
+/* Nothing is known of the line: as it was asked for. JPEG is there within 60 ms: likewise. */
+static void wide_lines_have_jpeg(void **state)
+{
+    (void)state;
+    const struct picture *pictures[] = {&smooth, &noisy, &simple};
+    for (int i = 0; i < 3; i++)
+        for (double bytes_s = pictures[i]->jpeg_bytes / 0.055; bytes_s < 1e12; bytes_s *= 1.3) {
+            struct lum_coding_state s = {0};
+            assert_int_equal(step_of(settled(pictures[i], bytes_s, &s)), 0);
+            s = (struct lum_coding_state){0};
+            assert_int_equal(step_of(settled(pictures[i], 0.0, &s)), 0);
+        }
+}
+
+/* From the widest to the thinnest line the steps only go down, all are taken, and thin ones have the last. */
+static void thinner_lines_have_fewer_bytes(void **state)
+{
+    (void)state;
+    const struct picture *pictures[] = {&smooth, &noisy, &simple};
+    for (int i = 0; i < 3; i++) {
+        int last = 0, taken = 0;
+        for (double bytes_s = 1e8; bytes_s > 5e3; bytes_s /= 1.1) {
+            struct lum_coding_state s = {0};
+            int step = step_of(settled(pictures[i], bytes_s, &s));
+            assert_true(step >= last);
+            taken |= 1 << step;
+            last = step;
+        }
+        assert_int_equal(last, 2);
+        assert_int_equal(taken, 7);
+    }
+}
+
+/* On a line of any rate, with frames whose sizes go up and down by a quarter: once it has found its step it stays. */
+static void it_does_not_flap(void **state)
+{
+    (void)state;
+    const struct picture *pictures[] = {&smooth, &noisy, &simple};
+    for (int i = 0; i < 3; i++)
+        for (double bytes_s = 1e8; bytes_s > 5e3; bytes_s /= 1.03) {
+            struct lum_coding_state s = {0};
+            uint32_t random = 7;
+            int changes = 0, step = 0;
+            for (int n = 0; n < 400; n++) {
+                random = random * 1664525u + 1013904223u;
+                double wobble = 0.88 + 0.24 * (double)(random >> 8) / (1 << 24);
+                int now = step_of(frame(&s, pictures[i], bytes_s, wobble));
+                changes += now != step;
+                step = now;
+            }
+            if (changes > 3)
+                fail_msg("%d changes at %.0f bytes a second, picture %d", changes, bytes_s, i);
+        }
+}
+
+/* A line that gets wide again has what was asked for again. */
+static void it_comes_back(void **state)
+{
+    (void)state;
+    struct lum_coding_state s = {0};
+    assert_int_equal(step_of(settled(&smooth, 1e5, &s)), 2);
+    assert_int_equal(step_of(settled(&smooth, 1e7, &s)), 0);
+    assert_int_equal(step_of(settled(&smooth, 8e5, &s)), 1);
+}
+
+/* Where WebP takes this machine longer than the line gains, JPEG stays. */
+static void slow_encoding_counts(void **state)
+{
+    (void)state;
+    struct lum_coding_state s = {0};
+    for (int n = 0; n < 40; n++) {
+        struct lum_coding c =
+            lum_coding_choose(&s, QUALITY, &(struct lum_coding_line){.bytes_s = 1e6, .threads = 1, .webp = true});
+        assert_int_equal(c.codec, LUM_CODEC_JPEG);
+        lum_coding_note(&s, QUALITY, &(struct lum_coding_cost){92000, 400000, 12000000}); /* ten times ours */
+    }
+}
+
+/* Maps of values, and clients that ask for little anyway, have no more error than they asked for. */
+static void error_has_a_limit(void **state)
+{
+    (void)state;
+    for (uint32_t quality = 1; quality <= 100; quality++)
+        for (int colors = 0; colors < 2; colors++) {
+            struct lum_coding_state s = {0};
+            for (int n = 0; n < 60; n++) {
+                if (n == 30) /* the map comes when the picture is rough already */
+                    colors = 1;
+                struct lum_coding c = lum_coding_choose(
+                    &s, quality,
+                    &(struct lum_coding_line){.bytes_s = 3e4, .threads = 2, .webp = true, .colors = colors});
+                assert_true(c.quality <= quality && c.quality >= (quality < 50 || colors ? quality : 50));
+                lum_coding_note(&s, quality, &(struct lum_coding_cost){60000, 400000, 3000000});
+            }
+        }
+}
+
+static void webp_qualities_rise(void **state)
+{
+    (void)state;
+    for (uint32_t quality = 1; quality <= 100; quality++) {
+        int q = lum_coding_webp_quality(quality);
+        assert_true(q >= 1 && q <= 100 && (quality == 1 || q >= lum_coding_webp_quality(quality - 1)));
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(without_webp_it_is_what_was_asked_for),
+        cmocka_unit_test(wide_lines_have_jpeg),
+        cmocka_unit_test(thinner_lines_have_fewer_bytes),
+        cmocka_unit_test(it_does_not_flap),
+        cmocka_unit_test(it_comes_back),
+        cmocka_unit_test(slow_encoding_counts),
+        cmocka_unit_test(error_has_a_limit),
+        cmocka_unit_test(webp_qualities_rise),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
