@@ -28,4 +28,16 @@ static inline struct lum_material_desc lum_material_default(void)
     };
 }
 
+/* Brushed; turn_deg: of its highlights' stretch. */
+static inline struct lum_material_desc lum_material_steel(float roughness, float anisotropy, double turn_deg)
+{
+    struct lum_material_desc m = lum_material_default();
+    m.base_color = lum_grey(0.8f);
+    m.metallic = 1.0f;
+    m.roughness = roughness;
+    m.anisotropy = anisotropy;
+    m.anisotropy_rotation_deg = turn_deg;
+    return m;
+}
+
 #endif

@@ -680,6 +680,7 @@ export type Method =
     | 'scene.apply'
     | 'scene.undo'
     | 'scene.redo'
+    | 'scene.export'
     | 'preset.store'
     | 'preset.recall'
     | 'preset.stop'
