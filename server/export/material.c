@@ -108,6 +108,12 @@ static bool add_coats(struct lum_exporting *x, cJSON *o, const struct lum_record
         cJSON *ext = lum_glb_extension(x->glb, o, "KHR_materials_clearcoat");
         ok = ok && lum_json_add_number(ext, "clearcoatFactor", m->clearcoat) &&
              lum_json_add_number(ext, "clearcoatRoughnessFactor", m->clearcoat_roughness);
+        lum_export_texture(x, ext, "clearcoatTexture", &m->clearcoat_texture);
+        lum_export_texture(x, ext, "clearcoatRoughnessTexture", &m->clearcoat_roughness_texture);
+        lum_export_texture(x, ext, "clearcoatNormalTexture", &m->clearcoat_normal_texture);
+        cJSON *normal = cJSON_GetObjectItemCaseSensitive(ext, "clearcoatNormalTexture");
+        if (normal && m->clearcoat_normal_scale != 1.0)
+            ok = ok && lum_json_add_number(normal, "scale", m->clearcoat_normal_scale);
     }
     if (m->anisotropy > 0.0) {
         cJSON *ext = lum_glb_extension(x->glb, o, "KHR_materials_anisotropy");
@@ -167,8 +173,14 @@ static cJSON *material_json(struct lum_exporting *x, const struct lum_record *r,
 /* Textures are told by glTF alone. */
 static void drop_textures(cJSON *record)
 {
-    static const char *const textures[] = {"base_color_texture", "metallic_roughness_texture", "emission_texture",
-                                           "normal_texture", "anisotropy_texture"};
+    static const char *const textures[] = {"base_color_texture",
+                                           "metallic_roughness_texture",
+                                           "emission_texture",
+                                           "normal_texture",
+                                           "anisotropy_texture",
+                                           "clearcoat_texture",
+                                           "clearcoat_roughness_texture",
+                                           "clearcoat_normal_texture"};
     for (size_t i = 0; i < LUM_ARRAY_LEN(textures); i++)
         cJSON_DeleteItemFromObjectCaseSensitive(record, textures[i]);
 }

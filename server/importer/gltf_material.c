@@ -21,7 +21,8 @@ struct texture {
 struct look {
     double base_color[4];
     double metallic, roughness, ior, specular, specular_color[3], transmission, normal_scale;
-    double diffuse_transmittance[3], sheen_color[3], sheen_roughness, clearcoat, clearcoat_roughness;
+    double diffuse_transmittance[3], sheen_color[3], sheen_roughness, clearcoat, clearcoat_roughness,
+        clearcoat_normal_scale;
     double anisotropy, anisotropy_rotation_deg;
     bool thin, has_attenuation, unlit, double_sided;
     double attenuation_color[3], attenuation_distance;
@@ -31,6 +32,7 @@ struct look {
     const char *alpha_mode;
     double alpha_cutoff;
     struct texture base_color_texture, metallic_roughness_texture, emission_texture, normal_texture, anisotropy_texture;
+    struct texture clearcoat_texture, clearcoat_roughness_texture, clearcoat_normal_texture;
 };
 
 static double luminance_of(const double c[3])
@@ -198,10 +200,12 @@ static void read_clearcoat(struct lum_gltf *g, const cJSON *o, struct look *m)
         return;
     m->clearcoat = lum_gltf_clamped(g, ext, "clearcoatFactor", 0.0, unit_range);
     m->clearcoat_roughness = lum_gltf_clamped(g, ext, "clearcoatRoughnessFactor", 0.0, unit_range);
-    if (m->clearcoat > 0.0 &&
-        (lum_gltf_object(g, ext, "clearcoatTexture") || lum_gltf_object(g, ext, "clearcoatRoughnessTexture") ||
-         lum_gltf_object(g, ext, "clearcoatNormalTexture")))
-        lum_gltf_warn(g, "the textures of KHR_materials_clearcoat are not supported; its factors are used alone");
+    if (!(m->clearcoat > 0.0))
+        return;
+    read_texture(g, ext, "clearcoatTexture", true, &m->clearcoat_texture);
+    read_texture(g, ext, "clearcoatRoughnessTexture", true, &m->clearcoat_roughness_texture);
+    read_texture(g, ext, "clearcoatNormalTexture", true, &m->clearcoat_normal_texture);
+    m->clearcoat_normal_scale = lum_gltf_number(g, lum_gltf_object(g, ext, "clearcoatNormalTexture"), "scale", 1.0);
 }
 
 /* emissiveFactor times KHR_materials_emissive_strength is cd/m2 (the extension's text). A factor above 1 breaks the
@@ -336,6 +340,7 @@ static void read_ours(struct lum_gltf *g, const cJSON *o, struct look *m)
         {"sheen_roughness", &m->sheen_roughness, 1},
         {"clearcoat", &m->clearcoat, 1},
         {"clearcoat_roughness", &m->clearcoat_roughness, 1},
+        {"clearcoat_normal_scale", &m->clearcoat_normal_scale, 1},
         {"anisotropy", &m->anisotropy, 1},
         {"anisotropy_rotation_deg", &m->anisotropy_rotation_deg, 1},
         {"attenuation_color", m->attenuation_color, 3},
@@ -363,6 +368,7 @@ static bool read_look(struct lum_gltf *g, const cJSON *o, struct look *m)
     *m = (struct look){.base_color = {1, 1, 1, 1},
                        .ior = 1.5,
                        .specular = 1,
+                       .clearcoat_normal_scale = 1,
                        .specular_color = {1, 1, 1},
                        .thin = true,
                        .attenuation_color = {1, 1, 1}};
@@ -393,8 +399,9 @@ static bool read_look(struct lum_gltf *g, const cJSON *o, struct look *m)
  * use another one are left out. */
 static uint32_t choose_uv_set(struct lum_gltf *g, struct look *m)
 {
-    struct texture *const all[] = {&m->base_color_texture, &m->emission_texture, &m->normal_texture,
-                                   &m->metallic_roughness_texture, &m->anisotropy_texture};
+    struct texture *const all[] = {&m->base_color_texture,          &m->emission_texture,        &m->normal_texture,
+                                   &m->metallic_roughness_texture,  &m->anisotropy_texture,      &m->clearcoat_texture,
+                                   &m->clearcoat_roughness_texture, &m->clearcoat_normal_texture};
     const struct texture *first = NULL;
     for (size_t i = 0; i < LUM_ARRAY_LEN(all); i++) {
         if (!all[i]->image)
@@ -468,6 +475,10 @@ static enum lum_status send_look(struct lum_gltf *g, const char *id, const struc
     if (m->clearcoat > 0.0 || m->record) {
         lum_op_number(&op, "clearcoat", m->clearcoat);
         lum_op_number(&op, "clearcoat_roughness", m->clearcoat_roughness);
+        lum_op_number(&op, "clearcoat_normal_scale", m->clearcoat_normal_scale);
+        put_texture(&op, "clearcoat_texture", &m->clearcoat_texture);
+        put_texture(&op, "clearcoat_roughness_texture", &m->clearcoat_roughness_texture);
+        put_texture(&op, "clearcoat_normal_texture", &m->clearcoat_normal_texture);
     }
     put_emission(&op, m);
     lum_op_string(&op, "alpha_mode", m->alpha_mode);
@@ -508,7 +519,7 @@ const struct lum_gltf_material *lum_gltf_material(struct lum_gltf *g, uint32_t i
     material->uv_set = choose_uv_set(g, &look);
     material->shines = look.emission_cd_m2 > 0.0;
     material->evenly = !look.emission_texture.image;
-    material->turns = look.normal_texture.image || look.anisotropy > 0.0;
+    material->turns = look.normal_texture.image || look.clearcoat_normal_texture.image || look.anisotropy > 0.0;
     struct lum_id_request name = {"material/", is_default ? "default" : lum_gltf_string(g, o, "name"), "material",
                                   index};
     struct lum_error err;

@@ -147,6 +147,14 @@ export interface Material {
     clearcoat?: number;
     /** 0 to 1; default 0; of that: GGX alpha = clearcoat_roughness^2; 0: a mirror */
     clearcoat_roughness?: number;
+    /** R multiplies clearcoat */
+    clearcoat_texture?: Texture | null;
+    /** G multiplies clearcoat_roughness; with it a coat is nowhere a mirror */
+    clearcoat_roughness_texture?: Texture | null;
+    /** tangent space, of the coat alone */
+    clearcoat_normal_texture?: Texture | null;
+    /** -100 to 100; default 1 */
+    clearcoat_normal_scale?: number;
     /** 0 to 1; default 0; brushed: how far highlights are stretched; 1: alpha along the stretch is 1 */
     anisotropy?: number;
     /** deg; -3600 to 3600; default 0; of the stretch: 0 along +u, 90 along -v of uv */
