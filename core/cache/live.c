@@ -29,14 +29,14 @@
 #include "core/vpl/lifted.h"
 #include "core/vpl/sky.h"
 
-/* What is further away than this share of the scene's radius does not count for a record's radius: */
+/* What is further away than this share of the scene's radius does not count for how far a record serves: */
 #define REACH_MAX 0.25f
 /* which is, for accuracy 1, so many distances of lum_proximity (at the default accuracy of 0.2: 0.3 of them), */
-#define RADIUS_PER_PROXIMITY 1.5f
+#define SERVES_PER_PROXIMITY 1.5f
 /* but at least so many pixels, */
 #define PIXELS_MIN 4.0f
 /* and at most this share of the scene's radius. */
-#define RADIUS_MAX 0.1f
+#define SERVES_MAX 0.1f
 /* A record whose surroundings moved is let go when they are nearer, or further, than it was made for by this factor. */
 #define PROXIMITY_CHANGE 1.5f
 
@@ -53,7 +53,7 @@
  * shows is that walls have clouds. With as many it is 4 to 6 % more time for 1 to 3 % less. */
 #define SPARE 8u
 #define RAYS_PER_VPL 0.75f
-/* A record whose radius is less than so many pixels looks at half of them, and of the points of the sky at one in 2,
+/* A record that serves less than so many pixels around looks at half of them, and of the points of the sky at one in 2,
  * one of less than half as many pixels at a quarter, and one in 4: it serves few, and the noise of many small records
  * evens out within a block of the picture. Of VPLs that takes a quarter of the time of all records of a first frame
  * (conf_lbl_mgf, crytek_sponza, conference_mcguire, sponza; 600 x 400); SMAPE is 1.035, 1.001, 1.008 and 1.006 of what
@@ -153,7 +153,7 @@ static void look(struct seeing *s, struct live_record *r, struct lum_vec3 from, 
 /* Of the VPLs that a record may look at, and of the sky's, it looks at one in so many. */
 static uint32_t one_in(const struct lum_cache_record *r)
 {
-    float pixels = r->footprint > 0.0f ? r->radius / r->footprint : PIXELS_FULL;
+    float pixels = r->footprint > 0.0f ? LUM_TENT_SERVES * r->radius / r->footprint : PIXELS_FULL;
     return pixels >= PIXELS_FULL ? 1 : pixels >= 0.5f * PIXELS_FULL ? 2 : 4;
 }
 
@@ -241,10 +241,11 @@ static void add_up(const struct lum_cache_job *job, struct lum_cache_record *r)
 static void set_radius(const struct lum_cache_job *job, struct live_record *r)
 {
     float footprint = lum_cache_footprint(job->pixel, job->eye, r->base.p);
-    float most = RADIUS_MAX * job->snapshot->lights.scene_radius, least = lum_min(PIXELS_MIN * footprint, most);
-    float wanted = RADIUS_PER_PROXIMITY * job->cache->key.accuracy * r->proximity;
-    r->base.radius = lum_max(lum_clamp(wanted, least, most), LUM_RAY_OFFSET);
-    r->base.footprint = wanted < least || r->base.radius < PIXELS_FULL * footprint ? footprint : 0.0f;
+    float most = SERVES_MAX * job->snapshot->lights.scene_radius, least = lum_min(PIXELS_MIN * footprint, most);
+    float wanted = SERVES_PER_PROXIMITY * job->cache->key.accuracy * r->proximity;
+    float serves = lum_max(lum_clamp(wanted, least, most), LUM_RAY_OFFSET);
+    r->base.radius = serves / LUM_TENT_SERVES;
+    r->base.footprint = wanted < least || serves < PIXELS_FULL * footprint ? footprint : 0.0f;
 }
 
 /* How near its surroundings are now. */
@@ -340,7 +341,7 @@ static void refresh_some(struct seeing *s, struct lum_cache_record *const *recor
         if (since && is_quiet(cache, since))
             continue;
         forget(cache, since, r);
-        if (!since || lum_since_meets_ball(since, r->base.p, r->base.radius))
+        if (!since || lum_since_meets_ball(since, r->base.p, LUM_TENT_SERVES * r->base.radius))
             doubtful[n_doubtful++] = r;
         else
             kept[n_kept++] = r;

@@ -29,7 +29,7 @@
 struct lum_cache_record {
     struct lum_vec3 p, n, ng; /* scene space; n: unit shading normal, on the side of the surface that it serves; ng:
                                * geometric, on the same side, for where rays start */
-    float radius;             /* > 0; serves points nearer than this */
+    float radius;             /* > 0; counts at points nearer than this */
     uint32_t index;           /* of the record in its store, 0 .. capacity - 1; given by lum_store_new */
     float footprint; /* size of the pixel for which the record is as coarse as it is; 0: any pixel could be smaller */
     uint64_t object; /* what it lies on: lum_hash64_text of the object's id */

@@ -9,7 +9,10 @@
 /* How near a record is to a point at distance d, and what it counts there. a: the accuracy, the error that is let pass.
  * WARD: 1 / e with e = a d / radius + sqrt(1 - n.n'), valid for e < a (Ward 1988); so radius = a R, with Ward's R. The
  * thesis' 6.2.5 is the same with R = 1 m everywhere. TENTS: tents over distance, angle and step, multiplied: reaches 0
- * at the edge, so that nothing pops. The tent over the angle is 10 degrees + a wide (as in Radiance). */
+ * at the edge, so that nothing pops. The tent over the angle is 10 degrees + a wide (as in Radiance). A record of TENTS
+ * counts twice as far as it serves: further out it counts beside those that serve there, so that every point hears
+ * several: what differs from record to record is mostly noise, which showed as rings and spots along edges, where
+ * records are small. It costs no ray (NOTES has the figures). */
 enum lum_metric { LUM_METRIC_WARD, LUM_METRIC_TENTS };
 
 /* Of a metric with its constants. */
@@ -21,9 +24,10 @@ struct lum_weighting {
 
 #define LUM_ACCURACY_MIN 1e-3f    /* a tenth of LUM_CACHE_ACCURACY_MIN, the least that a view may ask for */
 #define LUM_TENT_ANGLE 0.1745329f /* 10 degrees */
+#define LUM_TENT_SERVES 0.5f      /* TENTS: of the radius; whoever is nearer needs no record of his own */
 /* TENTS: of the radius; how far behind or in front of the surface a record may lie. On planes, cylinders and spheres
  * the distance along the sum of both normals is 0. */
-#define LUM_TENT_STEP 0.1f
+#define LUM_TENT_STEP 0.05f
 
 static inline struct lum_weighting lum_weighting_of(float accuracy)
 {
@@ -40,11 +44,12 @@ static inline float lum_weight_ward(const struct lum_weighting *w, float per_rad
     return e < w->accuracy ? 1.0f / lum_max(e, w->nearest) : 0.0f;
 }
 
-static inline float lum_weight_tents(const struct lum_weighting *w, float per_radius, struct lum_vec3 d,
+/* edge: of the radius, where the tent over distance ends: 1; LUM_TENT_SERVES: above 0 where the record serves. */
+static inline float lum_weight_tents(const struct lum_weighting *w, float per_radius, float edge, struct lum_vec3 d,
                                      struct lum_vec3 n, struct lum_vec3 m)
 {
     struct lum_vec3 turn = lum_v3_sub(n, m);
-    float near = 1.0f - per_radius * sqrtf(lum_dot(d, d)), alike = 1.0f - w->per_chord * sqrtf(lum_dot(turn, turn));
+    float near = edge - per_radius * sqrtf(lum_dot(d, d)), alike = 1.0f - w->per_chord * sqrtf(lum_dot(turn, turn));
     float level = 1.0f - per_radius * (0.5f / LUM_TENT_STEP) * fabsf(lum_dot(d, lum_v3_add(n, m)));
     return lum_max(near, 0.0f) * lum_max(alike, 0.0f) *
            lum_max(level, 0.0f); /* gcc 12 does not vectorise it joined by & */
@@ -58,7 +63,7 @@ static inline float lum_weight_of(const struct lum_weighting *w, enum lum_metric
     struct lum_vec3 d = lum_v3_sub(p, record->p);
     float per_radius = 1.0f / record->radius;
     return metric == LUM_METRIC_WARD ? lum_weight_ward(w, per_radius, d, record->n, n)
-                                     : lum_weight_tents(w, per_radius, d, record->n, n);
+                                     : lum_weight_tents(w, per_radius, 1.0f, d, record->n, n);
 }
 
 #endif

@@ -53,10 +53,29 @@ static void its_reach_is_the_radius(void **state)
     }
     /* Ward by hand: e = 0.3 * 0.1 / 0.25 = 0.12 */
     assert_float_equal(weight_of(&r, LUM_METRIC_WARD, 0.3f, lum_v3(0.1f, 0, 0), r.n), 1.0f / 0.12f, 1e-5f);
-    /* a step: above or below the floor by more than a tenth of the radius */
-    assert_true(weight_of(&r, LUM_METRIC_TENTS, 0.3f, lum_v3(0.1f, 0.026f, 0), r.n) == 0.0f);
-    assert_true(weight_of(&r, LUM_METRIC_TENTS, 0.3f, lum_v3(0.1f, -0.026f, 0), r.n) == 0.0f);
-    assert_true(weight_of(&r, LUM_METRIC_TENTS, 0.3f, lum_v3(0.1f, 0.02f, 0), r.n) > 0.0f);
+    /* a step: above or below the floor by more than a twentieth of the radius */
+    assert_true(weight_of(&r, LUM_METRIC_TENTS, 0.3f, lum_v3(0.1f, 0.013f, 0), r.n) == 0.0f);
+    assert_true(weight_of(&r, LUM_METRIC_TENTS, 0.3f, lum_v3(0.1f, -0.013f, 0), r.n) == 0.0f);
+    assert_true(weight_of(&r, LUM_METRIC_TENTS, 0.3f, lum_v3(0.1f, 0.012f, 0), r.n) > 0.0f);
+}
+
+/* Whom it serves it counts at, but not the other way round: whoever is further out than LUM_TENT_SERVES of the radius
+ * hears others, too. */
+static void it_serves_less_far_than_it_counts(void **state)
+{
+    (void)state;
+    struct lum_weighting w = lum_weighting_of(0.3f);
+    const struct lum_vec3 n = {0, 1, 0};
+    float edge = LUM_TENT_SERVES / 4.0f; /* of a record with radius 1/4 */
+    for (int k = 0; k < 1000; k++) {
+        struct lum_vec3 d = {0.00025f * (float)k, 0, 0};
+        bool counts = lum_weight_tents(&w, 4.0f, 1.0f, d, n, n) > 0.0f;
+        bool serves = lum_weight_tents(&w, 4.0f, LUM_TENT_SERVES, d, n, n) > 0.0f;
+        if (counts != (d.x < 0.25f) || serves != (d.x < edge))
+            fail_msg("at %g: counts %d, serves %d", (double)d.x, counts, serves);
+    }
+    assert_true(lum_weight_tents(&w, 4.0f, LUM_TENT_SERVES, lum_v3(0, 0, 0), n, lum_v3(1, 0, 0)) == 0.0f);
+    assert_true(lum_weight_tents(&w, 4.0f, LUM_TENT_SERVES, lum_v3(0, 0.013f, 0), n, n) == 0.0f);
 }
 
 /* On a sphere the chord is at right angles to the sum of the normals: no step. */
@@ -113,6 +132,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_record_counts_most_where_it_lies),
         cmocka_unit_test(its_reach_is_the_radius),
+        cmocka_unit_test(it_serves_less_far_than_it_counts),
         cmocka_unit_test(curvature_is_no_step),
         cmocka_unit_test(weights_are_finite),
     };

@@ -130,16 +130,16 @@ bool lum_tile_points_find(const struct lum_lookup *l, const struct lum_tile_poin
 
 /* ---- who is served ---- */
 
-/* The metric is a constant where this is called, so that each has a loop of its own. */
+/* The metric is a constant where this is called, so that each has a loop of its own. edge: of lum_weight_tents. */
 static inline float weigh(const struct lum_weighting *w, enum lum_metric metric, const struct lum_cache_record *r,
-                          float per_radius, const struct lum_tile_points *s, uint32_t i)
+                          float per_radius, float edge, const struct lum_tile_points *s, uint32_t i)
 {
     struct lum_vec3 d = {s->px[i] - r->p.x, s->py[i] - r->p.y, s->pz[i] - r->p.z}, n = {s->nx[i], s->ny[i], s->nz[i]};
     return metric == LUM_METRIC_WARD ? lum_weight_ward(w, per_radius, d, r->n, n)
-                                     : lum_weight_tents(w, per_radius, d, r->n, n);
+                                     : lum_weight_tents(w, per_radius, edge, d, r->n, n);
 }
 
-/* Raises best[i] to the weight of record r at point i. */
+/* Raises best[i] above 0 where record r serves point i. */
 static inline void raise_best(const struct lum_lookup *l, enum lum_metric metric, const struct lum_cache_record *r,
                               const struct lum_tile_points *restrict s, float *restrict best)
 {
@@ -147,7 +147,7 @@ static inline void raise_best(const struct lum_lookup *l, enum lum_metric metric
     const struct lum_cache_record at = {.p = r->p, .n = r->n};
     float per_radius = 1.0f / r->radius;
     for (uint32_t i = 0; i < s->n; i++)
-        best[i] = lum_max(best[i], weigh(&w, metric, &at, per_radius, s, i));
+        best[i] = lum_max(best[i], weigh(&w, metric, &at, per_radius, LUM_TENT_SERVES, s, i));
 }
 
 /* Keeps the points that nobody serves yet. */
@@ -259,7 +259,7 @@ static inline void add_record(const struct lum_lookup *l, enum lum_metric metric
     const struct lum_tile_points *restrict s = g->points;
     const uint32_t from = g->from, n = (g->n + 15u) & ~15u;
     for (uint32_t i = 0; i < n; i++) {
-        float weight = weigh(&w, metric, &at, per_radius, s, from + i);
+        float weight = weigh(&w, metric, &at, per_radius, 1.0f, s, from + i);
         struct lum_vec3 d = {s->px[from + i] - at.p.x, s->py[from + i] - at.p.y, s->pz[from + i] - at.p.z};
         for (uint32_t c = 0; c < 3; c++) {
             float there = inclined ? extrapolate(value[c], gradient[c], d) : value[c];
