@@ -258,7 +258,8 @@ static const struct lum_field patch[] = {
     INTEGER(patch, universe, 0, 63999, 1, "sacn: 1 to 63999; artnet: the port address, 0 to 32767"),
     INTEGER(patch, address, 1, 512, 1, "of its first channel"),
     CHOICE(patch, channels, 0, "dim|dim16|rgb|rgb16", "from there on; 16: two a value, the coarse one first"),
-    CHOICE(patch, curve, 0, "linear|square", "light by value; square: dark values are finer"),
+    CHOICE(patch, curve, 0, "linear|square|dali",
+           "light by value; square: dark values are finer; dali: as IEC 62386-102 has it, 0.1 % to all by even ratios"),
     {ROW(patch, target, ID), CHARS(patch, target), .flags = LUM_FIELD_REQUIRED, .unit = "",
      .doc = "a light, an object or a mixing group, there when it is set"},
 };

@@ -108,7 +108,7 @@ struct lum_record_patch {
     char protocol[8]; /* sacn artnet */
     double universe, address;
     char channels[8]; /* dim dim16 rgb rgb16 */
-    char curve[8];    /* linear square */
+    char curve[8];    /* linear square dali */
     lum_id target;    /* a light, an object or a mixing group; there when it is set */
 };
 

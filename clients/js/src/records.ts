@@ -333,8 +333,8 @@ export interface Patch {
     address?: number;
     /** default dim; from there on; 16: two a value, the coarse one first */
     channels?: 'dim' | 'dim16' | 'rgb' | 'rgb16';
-    /** default linear; light by value; square: dark values are finer */
-    curve?: 'linear' | 'square';
+    /** default linear; see PROTOCOL.md */
+    curve?: 'linear' | 'square' | 'dali';
     /** a light, an object or a mixing group, there when it is set */
     target: string;
 }

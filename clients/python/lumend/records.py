@@ -188,7 +188,7 @@ class Patch(TypedDict, total=False):
     universe: int  # 0 to 63999; default 1; sacn: 1 to 63999; artnet: the port address, 0 to 32767
     address: int  # 1 to 512; default 1; of its first channel
     channels: Literal["dim", "dim16", "rgb", "rgb16"]  # default dim; from there on; 16: two a value, the coarse one first
-    curve: Literal["linear", "square"]  # default linear; light by value; square: dark values are finer
+    curve: Literal["linear", "square", "dali"]  # default linear; see PROTOCOL.md
     target: Required[str]  # a light, an object or a mixing group, there when it is set
 
 
