@@ -35,7 +35,7 @@ LAYERS = {
         "render",
     ],
     "protocol": ["base", "json", "message", "record", "op", "document"],
-    "server": ["base", "farm", "import", "importer", "stream", "journal", "project", "desk", "world", "report", "director", "net", "cli"],
+    "server": ["base", "farm", "import", "importer", "stream", "journal", "project", "desk", "world", "export", "report", "director", "net", "cli"],
 }
 # the same of the browser client, whose rooms are in clients/web/src
 WEB_LAYERS = ["lib", "protocol", "view", "state", "ui"]

@@ -28,12 +28,11 @@ static float mean_left(const struct lum_bsdf *b)
     return through > 0.0f ? both / through : 1.0f;
 }
 
-void lum_clearcoat_init(struct lum_bsdf *b, float weight, float roughness, struct lum_vec3 n, struct lum_vec3 wo)
+void lum_clearcoat_init(struct lum_bsdf *b, float weight, float alpha, struct lum_vec3 n, struct lum_vec3 wo)
 {
     struct lum_clearcoat *c = &b->clear;
     c->weight = weight;
-    c->alpha = roughness * roughness;
-    c->alpha = c->alpha < LUM_ALPHA_MIN ? 0.0f : c->alpha;
+    c->alpha = alpha;
     c->row = lum_ggx_row(c->alpha);
     c->n = c->alpha == 0.0f && b->alpha == 0.0f ? b->frame.n : n; /* two mirrors reflect into one direction */
     c->left = left_at(c, lum_dot(wo, b->frame.n));

@@ -1,5 +1,5 @@
 /* A clear coat over all that a surface is otherwise: KHR_materials_clearcoat. A dielectric of index 1.5 with a
- * roughness of its own, on both sides, which follows the surface and not the bumps of its normal map.
+ * roughness and bumps of its own, on both sides, which does not follow the bumps of what lies below.
  *
  * It reflects E(wo) of what arrives, and leaves 1 - E to what lies below. The even part of that is dimmed by (1 -
  * E(wo)) (1 - E(wi)) / mean, as the base is by its own coat: together they return what arrives. What reflects by
@@ -11,9 +11,9 @@
 
 #include "core/material/bsdf.h"
 
-/* Of a BSDF that is complete otherwise. n: shading normal without bumps, facing wo. */
-void lum_clearcoat_init(struct lum_bsdf *inout_bsdf, float weight, float roughness, struct lum_vec3 n,
-                        struct lum_vec3 wo);
+/* Of a BSDF that is complete otherwise. alpha: 0, or LUM_ALPHA_MIN at least. n: its shading normal, without the bumps
+ * of what lies below, facing wo. */
+void lum_clearcoat_init(struct lum_bsdf *inout_bsdf, float weight, float alpha, struct lum_vec3 n, struct lum_vec3 wo);
 
 /* What it leaves of light that goes at these cosines to what lies below: of even scattering, and of other. */
 float lum_clearcoat_even(const struct lum_bsdf *b, float cos_i);

@@ -26,7 +26,8 @@ static uint32_t clearcoat_bits(const struct lum_material *m)
 {
     if (!(m->clearcoat > 0.0f))
         return 0;
-    return m->clearcoat_roughness * m->clearcoat_roughness < LUM_ALPHA_MIN ? LUM_SCATTER_MIRROR : LUM_SCATTER_GLOSS;
+    bool smooth = m->clearcoat_roughness * m->clearcoat_roughness < LUM_ALPHA_MIN && !m->clearcoat_roughness_tex.image;
+    return smooth ? LUM_SCATTER_MIRROR : LUM_SCATTER_GLOSS;
 }
 
 /* Where no texture makes it rough. */
@@ -102,13 +103,19 @@ struct lum_rgb lum_material_emission(const struct lum_material *m, struct lum_rg
     return lum_rgb_mul(white, lum_texture_sample(&m->emission_tex, uv).rgb);
 }
 
+/* A normal map. */
+struct relief {
+    const struct lum_texture *tex;
+    float scale;
+};
+
 /* The normal map's normal around s->ns. Its red runs along +u and its green along -v, which is up in the picture
  * (glTF). Seen from behind, the front's normal is turned round as a whole. Where uv spans no area it has no directions,
  * and says nothing. */
-static struct lum_vec3 mapped_normal(const struct lum_material *m, const struct lum_surface *s)
+static struct lum_vec3 mapped_normal(struct relief r, const struct lum_surface *s)
 {
     struct lum_vec3 n = s->ns;
-    if (!m->normal_tex.image)
+    if (!r.tex->image)
         return n;
     struct lum_vec3 t = lum_normalize(lum_v3_mad(s->dpdu, n, -lum_dot(n, s->dpdu)));
     struct lum_vec3 b = lum_cross(n, t);
@@ -116,8 +123,8 @@ static struct lum_vec3 mapped_normal(const struct lum_material *m, const struct 
         return n;
     if (lum_dot(b, s->dpdv) > 0.0f)
         b = lum_v3_neg(b);
-    struct lum_rgb c = lum_texture_sample(&m->normal_tex, s->uv).rgb;
-    float side = s->backface ? -m->normal_scale : m->normal_scale;
+    struct lum_rgb c = lum_texture_sample(r.tex, s->uv).rgb;
+    float side = s->backface ? -r.scale : r.scale;
     struct lum_vec3 v = lum_v3_mul(n, 2.0f * c.b - 1.0f);
     v = lum_v3_mad(lum_v3_mad(v, t, side * (2.0f * c.r - 1.0f)), b, side * (2.0f * c.g - 1.0f));
     return lum_normalize(v);
@@ -176,7 +183,7 @@ static void turn_frame(struct lum_frame *f, struct lum_vec2 stretch, const struc
 static bool init_frame(struct lum_bsdf *b, const struct lum_material *m, const struct lines *lines,
                        const struct lum_surface *s, struct lum_vec3 wo)
 {
-    struct lum_vec3 ns = mapped_normal(m, s);
+    struct lum_vec3 ns = mapped_normal((struct relief){&m->normal_tex, m->normal_scale}, s);
     b->ng = s->ng;
     if (lum_dot(wo, b->ng) < 0.0f) {
         b->ng = lum_v3_neg(b->ng);
@@ -192,13 +199,22 @@ static bool init_frame(struct lum_bsdf *b, const struct lum_material *m, const s
     return true;
 }
 
+/* Bumps of the coat are those of its own map alone. Where textures say how rough it is, it is nowhere a mirror. */
 static void add_clearcoat(struct lum_bsdf *b, const struct lum_material *m, const struct lum_surface *s,
                           struct lum_vec3 wo)
 {
+    float weight = clamp01(m->clearcoat * lum_texture_sample(&m->clearcoat_tex, s->uv).rgb.r);
+    float rough = clamp01(m->clearcoat_roughness * lum_texture_sample(&m->clearcoat_roughness_tex, s->uv).rgb.g);
+    float alpha = rough * rough, least = m->clearcoat_roughness_tex.image ? LUM_ALPHA_MIN : 0.0f;
     struct lum_vec3 n = b->frame.n;
-    if (m->normal_tex.image)
-        n = normal_facing(lum_dot(s->ng, b->ng) < 0.0f ? lum_v3_neg(s->ns) : s->ns, b->ng, wo);
-    lum_clearcoat_init(b, clamp01(m->clearcoat), clamp01(m->clearcoat_roughness), n, wo);
+    if (!(weight > 0.0f))
+        return;
+    if (m->normal_tex.image || m->clearcoat_normal_tex.image) {
+        struct lum_vec3 own = mapped_normal((struct relief){&m->clearcoat_normal_tex, m->clearcoat_normal_scale}, s);
+        if (lum_v3_finite(own))
+            n = normal_facing(lum_dot(s->ng, b->ng) < 0.0f ? lum_v3_neg(own) : own, b->ng, wo);
+    }
+    lum_clearcoat_init(b, weight, alpha < LUM_ALPHA_MIN ? least : alpha, n, wo);
 }
 
 /* What a sheet transmits of what textures and vertices leave to it. */

@@ -34,11 +34,12 @@ struct lum_texel_value lum_texture_sample(const struct lum_texture *texture, str
 struct lum_brushed_table;
 struct lum_material {
     struct lum_texture base_color_tex, metallic_roughness_tex, emission_tex, normal_tex, anisotropy_tex;
+    struct lum_texture clearcoat_tex, clearcoat_roughness_tex, clearcoat_normal_tex;
     struct lum_rgb base_color, specular_color, emission; /* emission: radiance, cd/m2 */
     struct lum_rgb diffuse_transmittance;                /* of a sheet; black: it is none */
     struct lum_rgb sheen_color;                          /* of fuzz; black: there is none */
     float sheen_roughness;
-    float clearcoat, clearcoat_roughness;    /* clearcoat 0: there is none */
+    float clearcoat, clearcoat_roughness, clearcoat_normal_scale; /* clearcoat 0: there is none */
     const struct lum_brushed_table *brushed; /* rough more one way than across; NULL: alike all ways */
     float anisotropy;                        /* how much more: lum_brushed_along */
     struct lum_vec2 stretch;                 /* unit: of highlights, along tangent and bitangent */
@@ -51,8 +52,8 @@ struct lum_material {
 };
 
 /* True when the material lets light through or mirrors without spread, so that a deferred method must recurse. Where a
- * texture sets the roughness, or how far it is brushed, it is never below LUM_ALPHA_MIN, so that this depends on the
- * material alone. */
+ * texture sets the roughness, of a clear coat too, or how far it is brushed, it is never below LUM_ALPHA_MIN, so that
+ * this depends on the material alone. */
 bool lum_material_is_specular(const struct lum_material *m);
 
 /* True when facets lean farther one way than across: of such a surface lum_surface has the tangent. */

@@ -50,7 +50,9 @@ struct lum_material_desc {
     struct lum_texture_desc emission_texture;
     struct lum_texture_desc normal_texture;
     struct lum_texture_desc anisotropy_texture; /* R, G direction, B strength, linear */
-    float normal_scale;
+    /* Of a clear coat: R how much there is, G its roughness, linear; and bumps of its own. */
+    struct lum_texture_desc clearcoat_texture, clearcoat_roughness_texture, clearcoat_normal_texture;
+    float normal_scale, clearcoat_normal_scale;
     float metallic, roughness; /* 0..1; alpha = roughness^2 */
     float ior;                 /* 1..4 */
     float specular;            /* KHR_materials_specular: scales the dielectric F0; 0 = purely diffuse */

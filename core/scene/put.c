@@ -26,6 +26,7 @@ static enum lum_status check_material_numbers(const struct lum_material_desc *d,
         {"anisotropy", (double)d->anisotropy, 0, 1},
         {"anisotropy_rotation_deg", d->anisotropy_rotation_deg, -3600, 3600},
         {"normal_scale", (double)d->normal_scale, -100, 100},
+        {"clearcoat_normal_scale", (double)d->clearcoat_normal_scale, -100, 100},
         {"emission_cd_m2", d->emission_cd_m2, 0, LUM_POWER_MAX},
         {"alpha", (double)d->alpha, 0, 1},
         {"alpha_cutoff", (double)d->alpha_cutoff, 0, 1000},
@@ -75,9 +76,14 @@ static enum lum_status check_material(const struct lum_material_desc *d, struct 
 
 static struct lum_texture_desc *texture_slot(struct lum_material_desc *d, int slot)
 {
-    struct lum_texture_desc *const slots[LUM_SLOT_COUNT] = {&d->base_color_texture, &d->metallic_roughness_texture,
-                                                            &d->emission_texture, &d->normal_texture,
-                                                            &d->anisotropy_texture};
+    struct lum_texture_desc *const slots[LUM_SLOT_COUNT] = {&d->base_color_texture,
+                                                            &d->metallic_roughness_texture,
+                                                            &d->emission_texture,
+                                                            &d->normal_texture,
+                                                            &d->anisotropy_texture,
+                                                            &d->clearcoat_texture,
+                                                            &d->clearcoat_roughness_texture,
+                                                            &d->clearcoat_normal_texture};
     return slots[slot];
 }
 
@@ -85,8 +91,14 @@ static struct lum_texture_desc *texture_slot(struct lum_material_desc *d, int sl
 static enum lum_status bind_textures(const struct lum_scene *scene, struct lum_material_desc *d,
                                      struct lum_image_entry *images[LUM_SLOT_COUNT], struct lum_error *err)
 {
-    static const char *const fields[LUM_SLOT_COUNT] = {"base_color_texture", "metallic_roughness_texture",
-                                                       "emission_texture", "normal_texture", "anisotropy_texture"};
+    static const char *const fields[LUM_SLOT_COUNT] = {"base_color_texture",
+                                                       "metallic_roughness_texture",
+                                                       "emission_texture",
+                                                       "normal_texture",
+                                                       "anisotropy_texture",
+                                                       "clearcoat_texture",
+                                                       "clearcoat_roughness_texture",
+                                                       "clearcoat_normal_texture"};
     for (int i = 0; i < LUM_SLOT_COUNT; i++) {
         struct lum_texture_desc *t = texture_slot(d, i);
         if (!t->image || !t->image[0])

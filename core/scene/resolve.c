@@ -48,6 +48,10 @@ static void resolve_material(struct lum_material *out, const struct lum_material
     resolve_texture(&out->emission_tex, &d->emission_texture, entry->images[LUM_SLOT_EMISSION]);
     resolve_texture(&out->normal_tex, &d->normal_texture, entry->images[LUM_SLOT_NORMAL]);
     resolve_texture(&out->anisotropy_tex, &d->anisotropy_texture, entry->images[LUM_SLOT_ANISOTROPY]);
+    resolve_texture(&out->clearcoat_tex, &d->clearcoat_texture, entry->images[LUM_SLOT_CLEARCOAT]);
+    resolve_texture(&out->clearcoat_roughness_tex, &d->clearcoat_roughness_texture,
+                    entry->images[LUM_SLOT_CLEARCOAT_ROUGHNESS]);
+    resolve_texture(&out->clearcoat_normal_tex, &d->clearcoat_normal_texture, entry->images[LUM_SLOT_CLEARCOAT_NORMAL]);
     out->base_color = d->base_color;
     out->specular_color = d->specular_color;
     out->emission = lum_rgb_scale(d->emission, (float)d->emission_cd_m2);
@@ -71,6 +75,7 @@ static void resolve_material(struct lum_material *out, const struct lum_material
     out->anisotropy = d->anisotropy;
     out->stretch = (struct lum_vec2){(float)cos(stretch), (float)sin(stretch)};
     out->normal_scale = d->normal_scale;
+    out->clearcoat_normal_scale = d->clearcoat_normal_scale;
     out->alpha = d->alpha;
     out->alpha_cutoff = d->alpha_cutoff;
     out->alpha_mode = d->alpha_mode;
@@ -112,6 +117,9 @@ void lum_material_part_unref(struct lum_material_part *part)
         lum_image_unref((struct lum_image *)m->emission_tex.image);
         lum_image_unref((struct lum_image *)m->normal_tex.image);
         lum_image_unref((struct lum_image *)m->anisotropy_tex.image);
+        lum_image_unref((struct lum_image *)m->clearcoat_tex.image);
+        lum_image_unref((struct lum_image *)m->clearcoat_roughness_tex.image);
+        lum_image_unref((struct lum_image *)m->clearcoat_normal_tex.image);
         lum_brushed_table_unref(m->brushed);
     }
     lum_free(part->items);

@@ -317,7 +317,8 @@ static void triangle_surface(const struct lum_snapshot *snapshot, const struct l
             s->ns = side < 0.0f ? lum_v3_neg(n) : n;
     }
     const struct lum_material *material = &snapshot->materials[s->material];
-    bool brushed = lum_material_is_brushed(material), mapped = mesh->uvs && material->normal_tex.image;
+    bool brushed = lum_material_is_brushed(material),
+         mapped = mesh->uvs && (material->normal_tex.image || material->clearcoat_normal_tex.image);
     if (mesh->uvs)
         set_uv(s, instance, &t, mapped || brushed);
     struct lum_vec3 along, across;

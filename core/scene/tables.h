@@ -37,6 +37,9 @@ enum lum_material_slot {
     LUM_SLOT_EMISSION,
     LUM_SLOT_NORMAL,
     LUM_SLOT_ANISOTROPY,
+    LUM_SLOT_CLEARCOAT,
+    LUM_SLOT_CLEARCOAT_ROUGHNESS,
+    LUM_SLOT_CLEARCOAT_NORMAL,
     LUM_SLOT_COUNT
 };
 struct lum_material_entry {

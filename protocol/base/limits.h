@@ -136,11 +136,14 @@
 #define LUM_LIMIT_IMPORTS_AT_ONCE 2u
 #define LUM_LIMIT_IMPORTS_WAITING 64u /* with those that run: each holds on to its message, and may take minutes */
 #define LUM_LIMIT_IMPORT_CPU_S 120    /* a child that never ends holds one of the two places no longer */
-#define LUM_LIMIT_IMPORT_MEMORY_BYTES (4ull << 30) /* the largest file, the most that it sends, and a GiB */
-#define LUM_LIMIT_IMPORT_OUTPUT_BYTES (2ull << 30) /* meshes and images, as the document then holds them */
-#define LUM_LIMIT_IMPORT_FILE_BYTES (1ull << 30)   /* one file */
-#define LUM_LIMIT_IMPORT_WALL_S 300                /* a child that waits instead of working */
-#define LUM_LIMIT_IMPORT_FILES 4096u               /* buffers and images beside one asset */
-#define LUM_LIMIT_IMPORT_WARNINGS 65u              /* what the importer sends: 64 and a count */
+#define LUM_LIMIT_IMPORT_MEMORY_BYTES (4ull << 30)         /* the largest file, the most that it sends, and a GiB */
+#define LUM_LIMIT_IMPORT_OUTPUT_BYTES (2ull << 30)         /* meshes and images, as the document then holds them */
+#define LUM_LIMIT_IMPORT_FILE_BYTES (1ull << 30)           /* one file */
+#define LUM_LIMIT_EXPORT_BYTES LUM_LIMIT_IMPORT_FILE_BYTES /* of a glTF file that is written: it can be read again */
+#define LUM_LIMIT_DOWNLOADS 16u                            /* such files that wait to be fetched, one of a session */
+#define LUM_LIMIT_DOWNLOAD_BEGIN_S 60                      /* from the answer on, as for uploads */
+#define LUM_LIMIT_IMPORT_WALL_S 300                        /* a child that waits instead of working */
+#define LUM_LIMIT_IMPORT_FILES 4096u                       /* buffers and images beside one asset */
+#define LUM_LIMIT_IMPORT_WARNINGS 65u                      /* what the importer sends: 64 and a count */
 
 #endif

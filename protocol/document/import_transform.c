@@ -66,7 +66,8 @@ static struct map inverse(const struct map *a)
 
 static bool has_transform(const struct lum_record *r)
 {
-    return r->type == LUM_RECORD_OBJECT || r->type == LUM_RECORD_LIGHT || r->type == LUM_RECORD_CAMERA;
+    return r->type == LUM_RECORD_OBJECT || r->type == LUM_RECORD_LIGHT || r->type == LUM_RECORD_CAMERA ||
+           r->type == LUM_RECORD_SENSOR || r->type == LUM_RECORD_MEDIUM;
 }
 
 static void map_transform(const struct map *a, struct lum_record_transform *t)
@@ -94,6 +95,33 @@ static void map_aim(const struct map *a, struct lum_record_light *l)
     l->roll_deg = lum_aim_roll_deg(l->direction, c0);
 }
 
+static void map_sensor(const struct map *a, struct lum_record_sensor *s)
+{
+    map_point(a, s->position);
+    map_vector(a, s->u);
+    map_vector(a, s->v);
+    map_vector(a, s->normal);
+    map_vector(a, s->direction);
+}
+
+/* The box around it where it is then: boxes of fog stand upright. */
+static void map_box(const struct map *a, struct lum_record_box *box)
+{
+    double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (int corner = 0; corner < 8 && box->set; corner++) {
+        double p[3];
+        for (int i = 0; i < 3; i++)
+            p[i] = corner >> i & 1 ? box->max[i] : box->min[i];
+        map_point(a, p);
+        for (int i = 0; i < 3; i++) {
+            lo[i] = fmin(lo[i], p[i]);
+            hi[i] = fmax(hi[i], p[i]);
+        }
+    }
+    memcpy(box->min, lo, sizeof lo);
+    memcpy(box->max, hi, sizeof hi);
+}
+
 static void map_record(const struct map *a, struct lum_record *r)
 {
     switch (r->type) {
@@ -111,6 +139,13 @@ static void map_record(const struct map *a, struct lum_record *r)
         map_point(a, r->camera.position);
         map_point(a, r->camera.target);
         map_vector(a, r->camera.up);
+        break;
+    case LUM_RECORD_SENSOR:
+        map_sensor(a, &r->sensor);
+        break;
+    case LUM_RECORD_MEDIUM:
+        if (r->medium.box.set)
+            map_box(a, &r->medium.box);
         break;
     default:
         break;

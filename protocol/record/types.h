@@ -37,8 +37,8 @@ struct lum_record_texture {
 struct lum_record_material {
     double base_color[3];
     struct lum_record_texture base_color_texture, metallic_roughness_texture, emission_texture, normal_texture,
-        anisotropy_texture;
-    double normal_scale, metallic, roughness, ior, specular, specular_color[3], transmission;
+        anisotropy_texture, clearcoat_texture, clearcoat_roughness_texture, clearcoat_normal_texture;
+    double normal_scale, clearcoat_normal_scale, metallic, roughness, ior, specular, specular_color[3], transmission;
     double diffuse_transmittance[3], sheen_color[3], sheen_roughness, clearcoat, clearcoat_roughness;
     double anisotropy, anisotropy_rotation_deg;
     bool thin;
@@ -108,7 +108,7 @@ struct lum_record_patch {
     char protocol[8]; /* sacn artnet */
     double universe, address;
     char channels[8]; /* dim dim16 rgb rgb16 */
-    char curve[8];    /* linear square */
+    char curve[8];    /* linear square dali */
     lum_id target;    /* a light, an object or a mixing group; there when it is set */
 };
 

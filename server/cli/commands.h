@@ -21,6 +21,7 @@ struct lum_command {
 int lum_cmd_render(int argc, char **argv);     /* an image or a sequence, without network */
 int lum_cmd_compare(int argc, char **argv);    /* metrics of two images */
 int lum_cmd_measure(int argc, char **argv);    /* illuminance on a grid */
+int lum_cmd_export(int argc, char **argv);     /* the scene as a glTF file */
 int lum_cmd_scenes(int argc, char **argv);     /* lists the built-in scenes and replays, or prints one */
 int lum_cmd_state(int argc, char **argv);      /* check, export or compact what --state kept */
 int lum_cmd_token(int argc, char **argv);      /* makes somebody's token, and its line for --tokens */
@@ -30,6 +31,7 @@ int lum_cmd_photometry(int argc, char **argv); /* what IES and EULUMDAT files sa
 void lum_help_render(const struct lum_help *h);
 void lum_help_compare(const struct lum_help *h);
 void lum_help_measure(const struct lum_help *h);
+void lum_help_export(const struct lum_help *h);
 void lum_help_scenes(const struct lum_help *h);
 void lum_help_state(const struct lum_help *h);
 void lum_help_token(const struct lum_help *h);

@@ -43,6 +43,7 @@ static void help_serve(const struct lum_help *h)
            "  lumend render --scene S --out F     render without network: an .exr or .png\n"
            "  lumend compare A.exr B.exr          error metrics of two images, as JSON\n"
            "  lumend measure --scene S            illuminance on a work plane: Em, Emin, uniformity\n"
+           "  lumend export --scene S --out F.glb the scene with its edits as a glTF file\n"
            "  lumend state check DIR              of what --state kept; also export, compact\n"
            "  lumend token NAME                   lets somebody in by a token of her own: for --tokens\n"
            "  lumend photometry F.ies             what a photometric file says: lumens, beam, symmetry\n"
@@ -522,6 +523,7 @@ static const struct lum_command commands[] = {
     {"render", lum_cmd_render, lum_help_render},
     {"compare", lum_cmd_compare, lum_help_compare},
     {"measure", lum_cmd_measure, lum_help_measure},
+    {"export", lum_cmd_export, lum_help_export},
     {"state", lum_cmd_state, lum_help_state},
     {"token", lum_cmd_token, lum_help_token},
     {"photometry", lum_cmd_photometry, lum_help_photometry},

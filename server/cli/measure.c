@@ -7,14 +7,13 @@
 #include <unistd.h>
 
 #include "server/base/write_file.h"
+#include "server/cli/load.h"
 #include "server/cli/measure_options.h"
 #include "server/cli/measure_report.h"
 #include "server/cli/progress.h"
-#include "server/import/expand.h"
 #include "server/report/schedule.h"
 #include "server/report/shot.h"
 #include "server/world/apply.h"
-#include "server/world/scene_source.h"
 #include "server/world/work_plane.h"
 
 #define SLICE_SAMPLES 65536u /* between two looks at the clock */
@@ -22,7 +21,6 @@
 struct measuring {
     struct lum_measure_options options;
     struct lum_world world;
-    struct lum_ops edits;
     struct lum_measured *measured;
     size_t n_measured;
     struct lum_progress progress;
@@ -35,50 +33,17 @@ static bool core_failed(const struct lum_error *e, struct lum_proto_error *err)
     return lum_apply_error(e, "", err);
 }
 
-static void log_to_stderr(void *user, int level, const char *component, const char *text)
-{
-    (void)user;
-    if (level > 0 && level <= 2) /* errors are told once, at the end */
-        fprintf(stderr, "lumend: %s: %s\n", component, text);
-}
-
 /* ---- the scene ---- */
-
-static bool apply_edits(struct measuring *m, const struct lum_import_config *import, struct lum_proto_error *err)
-{
-    struct lum_expansion expansion = {0};
-    struct lum_changes changes;
-    struct lum_error e;
-    if (lum_ops_need_import(&m->edits) &&
-        !lum_ops_expand(&(struct lum_expand_context){.config = import}, &m->edits, &expansion, err))
-        return false;
-    struct lum_edit edit = {"(edits)", &m->edits, expansion.children, expansion.n};
-    bool ok = lum_world_apply(&m->world, &edit, &changes, err);
-    if (ok)
-        lum_changes_finish(&changes);
-    lum_expansion_finish(&expansion);
-    return ok && (!lum_world_commit(&m->world, &e) || core_failed(&e, err));
-}
 
 static bool load(struct measuring *m, struct lum_proto_error *err)
 {
     const struct lum_measure_options *o = &m->options;
-    struct lum_log log = {log_to_stderr, NULL};
-    struct lum_import_config import = {.assets_dir = o->assets, .log = log};
+    const struct lum_cli_scene what = {o->scene, o->edits, o->assets, o->isa, o->threads};
     struct lum_error e;
     if ((o->csv && lum_may_write_file(o->csv, &e)) || (o->json && lum_may_write_file(o->json, &e)) ||
         (o->html && lum_may_write_file(o->html, &e)))
         return core_failed(&e, err);
-    if (lum_world_init(&m->world, o->threads, o->isa, &log, &e))
-        return core_failed(&e, err);
-    m->reading = o->scene;
-    if (!lum_scene_load(&m->world, o->scene, &import, err))
-        return false;
-    m->reading = o->edits;
-    if (o->edits && (!lum_edits_load(o->edits, &m->edits, err) || !apply_edits(m, &import, err)))
-        return false;
-    m->reading = NULL;
-    return true;
+    return lum_cli_load(&m->world, &what, &m->reading, err);
 }
 
 /* ---- what is measured ---- */
@@ -267,7 +232,6 @@ int lum_cmd_measure(int argc, char **argv)
     for (size_t i = 0; i < m.n_measured; i++)
         lum_sensor_destroy(m.measured[i].sensor);
     lum_free(m.measured);
-    lum_ops_finish(&m.edits);
     lum_world_finish(&m.world);
     return ok && reached ? LUM_EXIT_OK : LUM_EXIT_FAILED;
 }

@@ -210,6 +210,7 @@ static void *director_main(void *arg)
         work_off_inbox(d);
         lum_director_turn_imports(d);
         lum_director_turn_assets(d);
+        lum_director_turn_exports(d);
         lum_director_commit(d);
         lum_director_turn_desk(d);
         int64_t fade_ns = lum_director_turn_fade(d), wait_ns = lum_director_publish_due(d);
@@ -375,6 +376,7 @@ void lum_director_destroy(struct lum_director *d)
         pthread_join(d->thread, NULL);
     lum_director_drop_imports(d);
     lum_director_drop_all_assets(d);
+    lum_director_drop_all_exports(d);
     lum_journal_close(d->journal);
     d->journal = NULL;
     struct lum_staged_edit *const lists[] = {d->staged, d->unsaved};

@@ -13,6 +13,7 @@
 #include <pthread.h>
 
 #include "server/director/assets.h"
+#include "server/director/exports.h"
 #include "server/director/beside.h"
 #include "server/director/director.h"
 #include "server/director/edits.h"
@@ -51,6 +52,7 @@ struct lum_director {
     struct lum_director_scene_gets scene_gets;
     struct lum_director_reports reports;
     struct lum_director_assets assets;
+    struct lum_director_exports exports;
     struct {
         uint64_t changes, generation; /* of the desk and of the patches, when its values were taken */
         uint64_t looks;               /* that were made of them */
@@ -112,7 +114,10 @@ void lum_director_reply(struct lum_director *d, const struct lum_request *q, str
 void lum_director_refuse(struct lum_director *d, const struct lum_request *q, const struct lum_proto_error *err);
 /* The reply to an edit that the journal has as entry seq (0: none): it turns into a refusal if that entry is lost. */
 void lum_director_reply_edit(struct lum_director *d, const struct lum_request *q, struct cJSON *result, uint64_t seq);
-/* Such replies above the durable entry are refused, and nothing waits for those entries any more. */
+/* The reply tells where to fetch it; the bytes pass over. */
+void lum_director_reply_file(struct lum_director *d, const struct lum_request *q, uint8_t *bytes, size_t n_bytes,
+                             uint64_t scene_rev);
+/* Edits' replies above the durable entry are refused, and nothing waits for those entries any more. */
 void lum_director_refuse_lost(struct lum_director *d, uint64_t durable, const struct lum_proto_error *err);
 
 /* ---- views.c ---- */

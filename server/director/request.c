@@ -49,6 +49,7 @@ void lum_out_destroy(struct lum_out *o)
 {
     if (!o)
         return;
+    free(o->file);
     lum_stream_unref(o->stream);
     free(o->text);
     free(o->rpc_id);

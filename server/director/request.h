@@ -43,6 +43,7 @@ struct lum_request_type {
     X(scene_get, VIEW)                                                                                                 \
     X(scene_apply, EDIT)                                                                                               \
     X(scene_undo, EDIT)                                                                                                \
+    X(scene_export, EDIT)                                                                                              \
     X(scene_redo, EDIT)                                                                                                \
     X(preset_store, EDIT)                                                                                              \
     X(preset_recall, EDIT)                                                                                             \
@@ -117,6 +118,7 @@ enum lum_out_kind {
     LUM_OUT_BROADCAST,   /* to every session that said hello */
     LUM_OUT_VIEW_OPENED, /* stream (a reference passes) to one session; comes before the reply that names it */
     LUM_OUT_VIEW_CLOSED, /* view_id */
+    LUM_OUT_FILE,        /* to one session: the reply to rpc_id tells where it can be fetched */
 };
 struct lum_out {
     struct lum_out *next;
@@ -127,9 +129,11 @@ struct lum_out {
     struct lum_stream *stream;
     uint32_t view_id;
     uint64_t wait_seq;  /* leaves when this entry of the journal is durable: it may know of it */
-    uint64_t scene_rev; /* of a scene.changed; 0: it is none */
+    uint64_t scene_rev; /* of a scene.changed, or of a file; 0: it is none */
     uint64_t edit_seq;  /* the reply to the edit of that entry; 0: none */
-    char *rpc_id;       /* of that reply: it becomes a refusal if the entry is lost. Owned */
+    char *rpc_id;       /* of that reply: it becomes a refusal if the entry is lost. Of a file's. Owned */
+    uint8_t *file;      /* n_file bytes, from malloc. Owned */
+    size_t n_file;
 };
 void lum_out_destroy(struct lum_out *o);
 

@@ -105,6 +105,24 @@ void lum_director_refuse(struct lum_director *d, const struct lum_request *q, co
         lum_director_send(d, LUM_OUT_TEXT, q->session, lum_rpc_error(q->rpc_id, err));
 }
 
+/* Its bytes are not counted: the outbox is of text, and who asks for files has one at a time. */
+void lum_director_reply_file(struct lum_director *d, const struct lum_request *q, uint8_t *bytes, size_t n_bytes,
+                             uint64_t scene_rev)
+{
+    char *rpc_id = q->rpc_id ? strdup(q->rpc_id) : NULL;
+    struct lum_out *o = rpc_id ? out_create(LUM_OUT_FILE, q->session) : NULL;
+    if (!o) {
+        free(rpc_id);
+        free(bytes);
+        return;
+    }
+    o->rpc_id = rpc_id;
+    o->file = bytes;
+    o->n_file = n_bytes;
+    o->scene_rev = scene_rev;
+    send_out(d, o);
+}
+
 void lum_director_reply_edit(struct lum_director *d, const struct lum_request *q, struct cJSON *result, uint64_t seq)
 {
     char *text = q->rpc_id ? lum_rpc_result(q->rpc_id, result) : NULL, *rpc_id = text ? strdup(q->rpc_id) : NULL;

@@ -22,7 +22,8 @@
 
 #define POLL_MS 50 /* how soon a cancel is seen */
 #define PIPE_BYTES (1 << 20)
-#define TEXT_CHUNK_BYTES 65536u /* ops, progress, warnings, errors: the child's own buffers are 8 KiB */
+/* Ops, progress, warnings, errors, settings: most are below 8 KiB, a preset of 4096 lamps a MiB. */
+#define TEXT_CHUNK_BYTES (4u << 20)
 
 enum { OUT, LOG, FILES, STREAMS };
 
@@ -229,7 +230,7 @@ static bool begin_chunk(struct child *c)
     uint32_t kind, n;
     memcpy(&kind, c->head, sizeof kind);
     memcpy(&n, c->head + 4, sizeof n);
-    if (kind < LUM_CHUNK_OP || kind > LUM_CHUNK_ERROR || c->done || (kind != LUM_CHUNK_BLOB && n > TEXT_CHUNK_BYTES))
+    if (kind < LUM_CHUNK_OP || kind > LUM_CHUNK_SETTINGS || c->done || (kind != LUM_CHUNK_BLOB && n > TEXT_CHUNK_BYTES))
         return refuse(c, "import_failed", "the importer's output is damaged");
     c->n_bytes += sizeof c->head + n;
     if (c->n_bytes > LUM_LIMIT_IMPORT_OUTPUT_BYTES + TEXT_CHUNK_BYTES)

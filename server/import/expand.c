@@ -3,6 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include <cjson/cJSON.h>
+
 void lum_expansion_finish(struct lum_expansion *e)
 {
     for (size_t i = 0; i < e->n; i++) {
@@ -12,6 +14,7 @@ void lum_expansion_finish(struct lum_expansion *e)
     }
     lum_free(e->children);
     lum_free(e->warnings);
+    cJSON_Delete(e->settings);
     memset(e, 0, sizeof *e);
 }
 
@@ -79,6 +82,9 @@ static bool expand_import(const struct lum_expand_context *context, const struct
             c->records[i] = lum_record_ref(result.records[i]);
         c->n = result.n_records;
         e->n++;
+        cJSON_Delete(e->settings);
+        e->settings = result.settings;
+        result.settings = NULL;
     } else {
         lum_free(c->records);
         lum_proto_fail(err, LUM_PROTO_INTERNAL, "limit_exceeded", "", "no memory for the %zu records of %s",

@@ -12,6 +12,7 @@ struct lum_expansion {
     size_t n;
     char (*warnings)[256];
     size_t n_warnings;
+    struct cJSON *settings; /* of the last import, for a scene of nothing else; NULL: none. Owned */
 };
 void lum_expansion_finish(struct lum_expansion *e);
 

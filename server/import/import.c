@@ -40,6 +40,7 @@ void lum_import_result_finish(struct lum_import_result *r)
         lum_record_unref(r->records[i]);
     free(r->records);
     free(r->warnings);
+    cJSON_Delete(r->settings);
     memset(r, 0, sizeof *r);
 }
 
@@ -128,6 +129,14 @@ static bool take_progress(struct collector *c, const uint8_t *text, size_t n, st
            lum_proto_fail(err, LUM_PROTO_APPLICATION, "import_failed", "asset", "the importer's output is damaged");
 }
 
+static bool take_settings(struct collector *c, const uint8_t *text, size_t n, struct lum_proto_error *err)
+{
+    cJSON_Delete(c->result.settings);
+    c->result.settings = lum_json_parse((const char *)text, n, err);
+    return cJSON_IsObject(c->result.settings) ||
+           lum_proto_fail(err, LUM_PROTO_APPLICATION, "import_failed", "asset", "the importer's output is damaged");
+}
+
 static bool take_chunk(void *user, enum lum_import_chunk kind, uint8_t *bytes, size_t n, struct lum_proto_error *err)
 {
     struct collector *c = user;
@@ -144,6 +153,8 @@ static bool take_chunk(void *user, enum lum_import_chunk kind, uint8_t *bytes, s
         return take_warning(c, bytes, n, err);
     case LUM_CHUNK_PROGRESS:
         return take_progress(c, bytes, n, err);
+    case LUM_CHUNK_SETTINGS:
+        return take_settings(c, bytes, n, err);
     default:
         return true;
     }

@@ -12,6 +12,8 @@
 #include "protocol/base/error.h"
 #include "protocol/record/record.h"
 
+struct cJSON;
+
 struct lum_import_config {
     const char *importer;    /* path of lumend-import; NULL: beside the running program */
     const char *assets_dir;  /* asset names are resolved below this directory, never above; NULL: there is none */
@@ -28,6 +30,7 @@ struct lum_import_result {
     size_t n_records;
     char (*warnings)[256];
     size_t n_warnings;
+    struct cJSON *settings; /* of the record "render", as the file's scene had them: not checked. NULL: none. Owned */
 };
 void lum_import_result_finish(struct lum_import_result *r);
 

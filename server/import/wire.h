@@ -7,6 +7,7 @@
  *   4 warning   text for people
  *   5 done      empty; without it the import failed
  *   6 error     {"code":"unsupported","text":"..."}
+ *   7 settings  an object: fields of the record "render", which a scene of this file alone has
  *
  * The child opens no file: over a socket on fd 3 it asks for one below the asset's directory and gets an open
  * descriptor. Request (one SEQPACKET datagram): u8 flags (1: any letter case), then the name, '/' separated. Reply:
@@ -22,7 +23,8 @@ enum lum_import_chunk {
     LUM_CHUNK_PROGRESS,
     LUM_CHUNK_WARNING,
     LUM_CHUNK_DONE,
-    LUM_CHUNK_ERROR
+    LUM_CHUNK_ERROR,
+    LUM_CHUNK_SETTINGS
 };
 
 #define LUM_FILE_ANY_CASE 1u      /* "Wood.PNG" serves for "wood.png": files come from where that is the same */

@@ -128,11 +128,22 @@ static void write_chunk(struct lum_emit *e, enum lum_import_chunk kind, const vo
     write_all(e, bytes, n);
 }
 
-void lum_emit_blob(struct lum_emit *e, struct lum_op_text *o, const char *key, const void *bytes, size_t n_bytes)
+uint32_t lum_emit_bulk(struct lum_emit *e, const void *bytes, size_t n_bytes)
 {
     write_chunk(e, LUM_CHUNK_BLOB, bytes, n_bytes);
+    return e->n_blobs++;
+}
+
+void lum_emit_blob(struct lum_emit *e, struct lum_op_text *o, const char *key, const void *bytes, size_t n_bytes)
+{
     op_key(o, key);
-    op_append(o, "{\"blob\":%u}", (unsigned)e->n_blobs++);
+    op_append(o, "{\"blob\":%u}", (unsigned)lum_emit_bulk(e, bytes, n_bytes));
+}
+
+void lum_emit_doubles(struct lum_emit *e, struct lum_op_text *o, const char *key, const void *bytes, size_t n_bytes)
+{
+    op_key(o, key);
+    op_append(o, "{\"blob64\":%u}", (unsigned)lum_emit_bulk(e, bytes, n_bytes));
 }
 
 enum lum_status lum_emit_op(struct lum_emit *e, struct lum_op_text *o, struct lum_error *err)
@@ -140,9 +151,14 @@ enum lum_status lum_emit_op(struct lum_emit *e, struct lum_op_text *o, struct lu
     lum_op_close(o);
     if (o->failed)
         return lum_fail(err, LUM_ERR_INVALID, "op", "an op could not be written: %.60s...", o->text);
+    return lum_emit_text(e, o->text, o->n, err);
+}
+
+enum lum_status lum_emit_text(struct lum_emit *e, const char *text, size_t n, struct lum_error *err)
+{
     if (e->n_ops >= LUM_LIMIT_RECORDS)
         return lum_fail(err, LUM_ERR_LIMIT, "ops", "has more than %u parts", LUM_LIMIT_RECORDS);
-    write_chunk(e, LUM_CHUNK_OP, o->text, o->n);
+    write_chunk(e, LUM_CHUNK_OP, text, n);
     e->n_ops++;
     e->n_blobs = 0;
     if (e->full)
@@ -151,6 +167,11 @@ enum lum_status lum_emit_op(struct lum_emit *e, struct lum_op_text *o, struct lu
     if (e->broken)
         return lum_fail(err, LUM_ERR_IO, "output", "nobody reads the output");
     return LUM_OK;
+}
+
+void lum_emit_settings(struct lum_emit *e, const char *text, size_t n)
+{
+    write_chunk(e, LUM_CHUNK_SETTINGS, text, n);
 }
 
 void lum_emit_progress(struct lum_emit *e, const char *stage, double fraction)

@@ -39,6 +39,14 @@ bool lum_op_transform_fits(const struct lum_affined *local_to_world);
 
 /* Sends bulk data of the op that follows, and writes {"key":{"blob":k}} into it. */
 void lum_emit_blob(struct lum_emit *e, struct lum_op_text *o, const char *key, const void *bytes, size_t n_bytes);
+/* The same of doubles. */
+void lum_emit_doubles(struct lum_emit *e, struct lum_op_text *o, const char *key, const void *bytes, size_t n_bytes);
+/* Sends bulk data of the op that follows, whose number it gives. */
+uint32_t lum_emit_bulk(struct lum_emit *e, const void *bytes, size_t n_bytes);
+/* An op that is text already. */
+LUM_MUST_USE enum lum_status lum_emit_text(struct lum_emit *e, const char *text, size_t n, struct lum_error *err);
+/* What a scene of this file alone is to be set to: an object. */
+void lum_emit_settings(struct lum_emit *e, const char *text, size_t n);
 LUM_MUST_USE enum lum_status lum_emit_op(struct lum_emit *e, struct lum_op_text *o, struct lum_error *err);
 void lum_emit_progress(struct lum_emit *e, const char *stage, double fraction);
 void lum_emit_warning(struct lum_emit *e, const char *fmt, ...) LUM_PRINTF(2, 3);

@@ -6,6 +6,7 @@
 
 #include "protocol/base/limits.h"
 #include "server/importer/gltf_json.h"
+#include "server/importer/gltf_ours.h"
 
 #define GLB_MAGIC 0x46546c67u /* "glTF" */
 #define GLB_JSON 0x4e4f534au  /* "JSON", a chunk's type */
@@ -105,6 +106,8 @@ static bool check_asset(struct lum_gltf *g)
         return false;
     if (!version)
         return lum_gltf_fail(g, LUM_ERR_INVALID, "asset.version is missing");
+    const char *generator = lum_gltf_string(g, asset, "generator");
+    g->is_ours = generator && strncmp(generator, "lumend ", 7) == 0;
     if (strncmp(version, "2.", 2) != 0 || (min && strcmp(min, "2.0") != 0))
         return lum_gltf_fail(g, LUM_ERR_UNSUPPORTED, "glTF version %.16s is not supported, only 2.0",
                              min ? min : version);
@@ -211,7 +214,8 @@ static bool read_file(struct lum_gltf *g, const struct lum_bytes *file)
     if (file->n >= 4 && load_u32(file->data) == GLB_MAGIC && !split_glb(g, file, &json))
         return false;
     return parse(g, json) && check_asset(g) && check_extensions(g) && index_arrays(g) && make_tables(g) &&
-           lum_gltf_flatten_nodes(g) && lum_gltf_emit_nodes(g);
+           lum_gltf_flatten_nodes(g) && lum_gltf_emit_loose(g, true) && lum_gltf_emit_nodes(g) &&
+           lum_gltf_emit_loose(g, false) && lum_gltf_emit_settings(g);
 }
 
 enum lum_status lum_gltf_import(struct lum_importer *im, const struct lum_bytes *file, struct lum_error *err)

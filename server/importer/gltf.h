@@ -81,8 +81,8 @@ struct lum_gltf {
     uint32_t *n_shown; /* by mesh: nodes that show it */
     struct lum_gltf_node *nodes;
     struct lum_gltf_profile profiles[LUM_GLTF_PROFILES];
-    uint32_t n_profiles; /* read so far */
-    bool warned_clamped;
+    uint32_t n_profiles;          /* read so far */
+    bool warned_clamped, is_ours; /* as lumend wrote it: what its extras say of buffer views holds */
 };
 
 /* ---- gltf_buffer.c ---- */
@@ -141,8 +141,8 @@ bool lum_gltf_emit_camera(struct lum_gltf *g, uint32_t camera, uint32_t node);
 bool lum_gltf_axis(const struct lum_affined *a, double ret_position[3], double ret_direction[3]);
 
 /* ---- gltf_ies.c ---- */
-bool lum_gltf_emit_ies_light(struct lum_gltf *g, const cJSON *extension, uint32_t node);
-/* A lamp of the file that the node's extras name; sent: it takes the place of the node's punctual light. */
+bool lum_gltf_emit_ies_light(struct lum_gltf *g, const cJSON *extension, uint32_t node, bool *ret_sent);
+/* A lamp of the file that the node's extras name. Of both, sent: it takes the place of the node's punctual light. */
 bool lum_gltf_emit_ies_extras(struct lum_gltf *g, uint32_t node, uint32_t punctual, bool *ret_sent);
 void lum_gltf_profiles_finish(struct lum_gltf *g);
 

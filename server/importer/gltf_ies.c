@@ -135,7 +135,7 @@ static bool send_lamp(struct lum_gltf *g, uint32_t node, struct lamp *l)
     return !status || lum_gltf_fail(g, status, "%s", err.text);
 }
 
-bool lum_gltf_emit_ies_light(struct lum_gltf *g, const cJSON *extension, uint32_t node)
+bool lum_gltf_emit_ies_light(struct lum_gltf *g, const cJSON *extension, uint32_t node, bool *ret_sent)
 {
     static const double multiplier_range[2] = {0.0, 1e6}, color_range[2] = {0.0, 1.0};
     struct lamp l = {.color = {1.0, 1.0, 1.0}, .as_point = true}; /* the extension has no extents */
@@ -145,6 +145,7 @@ bool lum_gltf_emit_ies_light(struct lum_gltf *g, const cJSON *extension, uint32_
     if (!lum_gltf_ok(g) || light == LUM_GLTF_NONE)
         return lum_gltf_ok(g);
     l.photometry = profile_of_light(g, light);
+    *ret_sent = l.photometry != NULL;
     return l.photometry ? send_lamp(g, node, &l) : lum_gltf_ok(g);
 }
 

@@ -3,6 +3,7 @@
 
 #include "server/importer/gltf.h"
 #include "server/importer/gltf_json.h"
+#include "server/importer/gltf_ours.h"
 #include "server/importer/image.h"
 
 /* The name for people: "name", else the file's name. */
@@ -27,9 +28,15 @@ static bool send_image(struct lum_gltf *g, uint32_t index, bool linear, struct l
     if (!lum_gltf_bytes(g, o, &bytes, &owned, err))
         return false;
     struct lum_id_request name = {"image/", readable_name(g, o), "image", index};
+    const cJSON *ours = lum_gltf_ours(o);
+    const char *texel = lum_gltf_ours_text(ours, "texel");
+    bool known = lum_gltf_ours_id(g, ours, image->id) && !lum_ids_find(&g->im->ids, image->id, NULL);
     enum lum_status status = lum_image_decode(&bytes, &texels, err);
     if (!status)
-        status = lum_ids_make(&g->im->ids, &name, image->id, err);
+        status =
+            known ? lum_ids_take(&g->im->ids, image->id, index, err) : lum_ids_make(&g->im->ids, &name, image->id, err);
+    if (known && texel)
+        linear = strcmp(texel, "linear8") == 0;
     if (!status) {
         status = lum_image_emit(g->im, image->id, &texels, linear, err);
         if (status) /* the output is full or broken: the import cannot go on */
@@ -45,9 +52,13 @@ static bool send_image(struct lum_gltf *g, uint32_t index, bool linear, struct l
 
 const char *lum_gltf_image(struct lum_gltf *g, uint32_t index, bool linear)
 {
-    struct lum_gltf_image *image = &g->images[index][linear];
+    const cJSON *ours = lum_gltf_ours(lum_gltf_item(g, LUM_GLTF_IMAGES, index));
+    struct lum_gltf_image *image = &g->images[index][ours ? 0 : linear]; /* ours are read as they are, however used */
     enum lum_gltf_kind kind = g->at_kind;
     uint32_t at = g->at_index;
+    if (!image->done && g->is_ours && ours && lum_gltf_ours_id(g, ours, image->id) &&
+        lum_ids_find(&g->im->ids, image->id, NULL))
+        image->done = true; /* one of floats, which glTF has as a likeness only */
     if (!image->done) {
         struct lum_error err = {0};
         image->done = true;

@@ -4,6 +4,7 @@
 
 #include "server/importer/gltf.h"
 #include "server/importer/gltf_json.h"
+#include "server/importer/gltf_ours.h"
 
 #define PI 3.14159265358979323846
 
@@ -20,15 +21,24 @@ struct texture {
 struct look {
     double base_color[4];
     double metallic, roughness, ior, specular, specular_color[3], transmission, normal_scale;
-    double diffuse_transmittance[3], sheen_color[3], sheen_roughness, clearcoat, clearcoat_roughness;
+    double diffuse_transmittance[3], sheen_color[3], sheen_roughness, clearcoat, clearcoat_roughness,
+        clearcoat_normal_scale;
     double anisotropy, anisotropy_rotation_deg;
     bool thin, has_attenuation, unlit, double_sided;
     double attenuation_color[3], attenuation_distance;
     double emission[3]; /* cd/m2 by channel */
+    double emission_color[3], emission_cd_m2;
+    const cJSON *record; /* of extras; NULL: none */
     const char *alpha_mode;
     double alpha_cutoff;
     struct texture base_color_texture, metallic_roughness_texture, emission_texture, normal_texture, anisotropy_texture;
+    struct texture clearcoat_texture, clearcoat_roughness_texture, clearcoat_normal_texture;
 };
+
+static double luminance_of(const double c[3])
+{
+    return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+}
 
 /* ---- textures ---- */
 
@@ -190,10 +200,12 @@ static void read_clearcoat(struct lum_gltf *g, const cJSON *o, struct look *m)
         return;
     m->clearcoat = lum_gltf_clamped(g, ext, "clearcoatFactor", 0.0, unit_range);
     m->clearcoat_roughness = lum_gltf_clamped(g, ext, "clearcoatRoughnessFactor", 0.0, unit_range);
-    if (m->clearcoat > 0.0 &&
-        (lum_gltf_object(g, ext, "clearcoatTexture") || lum_gltf_object(g, ext, "clearcoatRoughnessTexture") ||
-         lum_gltf_object(g, ext, "clearcoatNormalTexture")))
-        lum_gltf_warn(g, "the textures of KHR_materials_clearcoat are not supported; its factors are used alone");
+    if (!(m->clearcoat > 0.0))
+        return;
+    read_texture(g, ext, "clearcoatTexture", true, &m->clearcoat_texture);
+    read_texture(g, ext, "clearcoatRoughnessTexture", true, &m->clearcoat_roughness_texture);
+    read_texture(g, ext, "clearcoatNormalTexture", true, &m->clearcoat_normal_texture);
+    m->clearcoat_normal_scale = lum_gltf_number(g, lum_gltf_object(g, ext, "clearcoatNormalTexture"), "scale", 1.0);
 }
 
 /* emissiveFactor times KHR_materials_emissive_strength is cd/m2 (the extension's text). A factor above 1 breaks the
@@ -240,15 +252,123 @@ static void make_matt(struct lum_gltf *g, struct look *m)
     m->metallic = m->specular = m->transmission = 0.0;
     m->roughness = 1.0;
     m->metallic_roughness_texture = (struct texture){0};
-    m->emission[0] = m->emission[1] = m->emission[2] = 0.0;
+    m->emission_cd_m2 = 0.0;
     lum_gltf_warn(g, "KHR_materials_unlit: taken as matt paint, lit by the scene's light");
 }
+
+/* ---- extras ---- */
+
+/* Numbers differ less where a program has read and written them as floats. */
+#define SAME 1e-5
+
+static bool is_same(const double *a, const double *b, int n)
+{
+    for (int i = 0; i < n; i++)
+        if (!(fabs(a[i] - b[i]) <= SAME * fmax(fabs(a[i]), fabs(b[i]))))
+            return false;
+    return true;
+}
+
+static bool record_numbers(const cJSON *record, const char *key, double *ret, int n)
+{
+    const cJSON *v = cJSON_GetObjectItemCaseSensitive(record, key);
+    for (int i = 0; i < n; i++) {
+        const cJSON *one = cJSON_IsArray(v) ? cJSON_GetArrayItem(v, i) : n == 1 ? v : NULL;
+        if (!cJSON_IsNumber(one) || !isfinite(one->valuedouble))
+            return false;
+        ret[i] = one->valuedouble;
+    }
+    return true;
+}
+
+/* The record's value of a member counts to its last bit; but where another program has set what glTF says, that does.
+ */
+static void restore(const cJSON *record, bool whole, const char *key, double *inout, int n)
+{
+    double v[3];
+    if (record_numbers(record, key, v, n) && (whole || is_same(v, inout, n)))
+        memcpy(inout, v, (size_t)n * sizeof *v);
+}
+
+static void restore_emission(const cJSON *record, bool whole, struct look *m)
+{
+    double color[3], cd_m2, seen[3], y;
+    if (!record_numbers(record, "emission_color", color, 3) || !record_numbers(record, "emission_cd_m2", &cd_m2, 1))
+        return;
+    y = luminance_of(color);
+    for (int i = 0; i < 3; i++)
+        seen[i] = y > 0.0 ? cd_m2 * color[i] / y : 0.0;
+    if (!whole && !is_same(seen, m->emission, 3))
+        return;
+    memcpy(m->emission_color, color, sizeof color);
+    m->emission_cd_m2 = cd_m2;
+}
+
+static bool record_bool(const cJSON *record, const char *key, bool absent)
+{
+    const cJSON *v = cJSON_GetObjectItemCaseSensitive(record, key);
+    return cJSON_IsBool(v) ? cJSON_IsTrue(v) : absent;
+}
+
+/* What lumend has written of it beside what glTF says. */
+static void read_ours(struct lum_gltf *g, const cJSON *o, struct look *m)
+{
+    const cJSON *ours = lum_gltf_ours(o), *record = cJSON_GetObjectItemCaseSensitive(ours, "record");
+    double y = luminance_of(m->emission);
+    m->emission_cd_m2 = y;
+    for (int i = 0; i < 3; i++)
+        m->emission_color[i] = y > 0.0 ? m->emission[i] / y : 1.0;
+    if (!cJSON_IsObject(record))
+        return;
+    bool whole = g->is_ours || record_bool(ours, "whole", false);
+    const struct {
+        const char *key;
+        double *value;
+        int n;
+    } all[] = {
+        {"base_color", m->base_color, 3},
+        {"alpha", &m->base_color[3], 1},
+        {"metallic", &m->metallic, 1},
+        {"roughness", &m->roughness, 1},
+        {"normal_scale", &m->normal_scale, 1},
+        {"ior", &m->ior, 1},
+        {"specular", &m->specular, 1},
+        {"specular_color", m->specular_color, 3},
+        {"transmission", &m->transmission, 1},
+        {"diffuse_transmittance", m->diffuse_transmittance, 3},
+        {"sheen_color", m->sheen_color, 3},
+        {"sheen_roughness", &m->sheen_roughness, 1},
+        {"clearcoat", &m->clearcoat, 1},
+        {"clearcoat_roughness", &m->clearcoat_roughness, 1},
+        {"clearcoat_normal_scale", &m->clearcoat_normal_scale, 1},
+        {"anisotropy", &m->anisotropy, 1},
+        {"anisotropy_rotation_deg", &m->anisotropy_rotation_deg, 1},
+        {"attenuation_color", m->attenuation_color, 3},
+        {"attenuation_distance", &m->attenuation_distance, 1},
+        {"alpha_cutoff", &m->alpha_cutoff, 1},
+    };
+    m->record = record;
+    for (size_t i = 0; i < LUM_ARRAY_LEN(all); i++)
+        restore(record, whole, all[i].key, all[i].value, all[i].n);
+    restore_emission(record, whole, m);
+    if (!whole)
+        return;
+    double distance_m;
+    const char *sides = lum_gltf_ours_text(record, "emission_sides");
+    m->has_attenuation = record_numbers(record, "attenuation_distance", &distance_m, 1);
+    m->thin = record_bool(record, "thin", m->thin);
+    m->unlit = record_bool(record, "unlit", m->unlit);
+    m->double_sided = sides ? strcmp(sides, "both") == 0 : m->double_sided;
+}
+
+/* ---- a material ---- */
 
 static bool read_look(struct lum_gltf *g, const cJSON *o, struct look *m)
 {
     *m = (struct look){.base_color = {1, 1, 1, 1},
                        .ior = 1.5,
                        .specular = 1,
+                       .clearcoat_normal_scale = 1,
                        .specular_color = {1, 1, 1},
                        .thin = true,
                        .attenuation_color = {1, 1, 1}};
@@ -268,7 +388,8 @@ static bool read_look(struct lum_gltf *g, const cJSON *o, struct look *m)
     read_texture(g, o, "normalTexture", true, &m->normal_texture);
     m->normal_scale = lum_gltf_number(g, lum_gltf_object(g, o, "normalTexture"), "scale", 1.0);
     m->double_sided = lum_gltf_bool(g, o, "doubleSided", false);
-    if (m->unlit)
+    read_ours(g, o, m);
+    if (m->unlit && !m->record)
         make_matt(g, m);
     warn_left_out(g, o);
     return lum_gltf_ok(g);
@@ -278,8 +399,9 @@ static bool read_look(struct lum_gltf *g, const cJSON *o, struct look *m)
  * use another one are left out. */
 static uint32_t choose_uv_set(struct lum_gltf *g, struct look *m)
 {
-    struct texture *const all[] = {&m->base_color_texture, &m->emission_texture, &m->normal_texture,
-                                   &m->metallic_roughness_texture, &m->anisotropy_texture};
+    struct texture *const all[] = {&m->base_color_texture,          &m->emission_texture,        &m->normal_texture,
+                                   &m->metallic_roughness_texture,  &m->anisotropy_texture,      &m->clearcoat_texture,
+                                   &m->clearcoat_roughness_texture, &m->clearcoat_normal_texture};
     const struct texture *first = NULL;
     for (size_t i = 0; i < LUM_ARRAY_LEN(all); i++) {
         if (!all[i]->image)
@@ -311,20 +433,13 @@ static void put_texture(struct lum_op_text *op, const char *key, const struct te
     lum_op_close(op);
 }
 
-static double luminance_of(const double c[3])
-{
-    return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
-}
-
 /* A back that glTF does not show ("doubleSided": false) gives no light. */
 static void put_emission(struct lum_op_text *op, const struct look *m)
 {
-    double y = luminance_of(m->emission);
-    if (!(y > 0.0))
+    if (!(m->emission_cd_m2 > 0.0) && !m->record)
         return;
-    double color[3] = {m->emission[0] / y, m->emission[1] / y, m->emission[2] / y};
-    lum_op_numbers(op, "emission_color", color, 3);
-    lum_op_number(op, "emission_cd_m2", y);
+    lum_op_numbers(op, "emission_color", m->emission_color, 3);
+    lum_op_number(op, "emission_cd_m2", m->emission_cd_m2);
     lum_op_string(op, "emission_sides", m->double_sided ? "both" : "front");
     put_texture(op, "emission_texture", &m->emission_texture);
 }
@@ -339,7 +454,7 @@ static enum lum_status send_look(struct lum_gltf *g, const char *id, const struc
     lum_op_number(&op, "ior", m->ior);
     lum_op_number(&op, "specular", m->specular);
     lum_op_numbers(&op, "specular_color", m->specular_color, 3);
-    if (m->transmission > 0.0) {
+    if (m->transmission > 0.0 || m->record) {
         lum_op_number(&op, "transmission", m->transmission);
         lum_op_bool(&op, "thin", m->thin);
         lum_op_numbers(&op, "attenuation_color", m->attenuation_color, 3);
@@ -348,18 +463,22 @@ static enum lum_status send_look(struct lum_gltf *g, const char *id, const struc
     }
     if (m->diffuse_transmittance[0] + m->diffuse_transmittance[1] + m->diffuse_transmittance[2] > 0.0)
         lum_op_numbers(&op, "diffuse_transmittance", m->diffuse_transmittance, 3);
-    if (m->sheen_color[0] + m->sheen_color[1] + m->sheen_color[2] > 0.0) {
+    if (m->sheen_color[0] + m->sheen_color[1] + m->sheen_color[2] > 0.0 || m->record) {
         lum_op_numbers(&op, "sheen_color", m->sheen_color, 3);
         lum_op_number(&op, "sheen_roughness", m->sheen_roughness);
     }
-    if (m->anisotropy > 0.0) {
+    if (m->anisotropy > 0.0 || m->record) {
         lum_op_number(&op, "anisotropy", m->anisotropy);
         lum_op_number(&op, "anisotropy_rotation_deg", m->anisotropy_rotation_deg);
         put_texture(&op, "anisotropy_texture", &m->anisotropy_texture);
     }
-    if (m->clearcoat > 0.0) {
+    if (m->clearcoat > 0.0 || m->record) {
         lum_op_number(&op, "clearcoat", m->clearcoat);
         lum_op_number(&op, "clearcoat_roughness", m->clearcoat_roughness);
+        lum_op_number(&op, "clearcoat_normal_scale", m->clearcoat_normal_scale);
+        put_texture(&op, "clearcoat_texture", &m->clearcoat_texture);
+        put_texture(&op, "clearcoat_roughness_texture", &m->clearcoat_roughness_texture);
+        put_texture(&op, "clearcoat_normal_texture", &m->clearcoat_normal_texture);
     }
     put_emission(&op, m);
     lum_op_string(&op, "alpha_mode", m->alpha_mode);
@@ -367,7 +486,9 @@ static enum lum_status send_look(struct lum_gltf *g, const char *id, const struc
     lum_op_number(&op, "alpha_cutoff", m->alpha_cutoff);
     put_texture(&op, "base_color_texture", &m->base_color_texture);
     put_texture(&op, "metallic_roughness_texture", &m->metallic_roughness_texture);
-    if (m->normal_texture.image)
+    if (m->unlit && m->record)
+        lum_op_bool(&op, "unlit", true);
+    if (m->normal_texture.image || m->record)
         lum_op_number(&op, "normal_scale", m->normal_scale);
     put_texture(&op, "normal_texture", &m->normal_texture);
     return lum_emit_op(&g->im->emit, &op, err);
@@ -384,18 +505,28 @@ const struct lum_gltf_material *lum_gltf_material(struct lum_gltf *g, uint32_t i
     enum lum_gltf_kind kind = g->at_kind;
     uint32_t at = g->at_index;
     struct look look;
+    const char *same_as = lum_gltf_ours_text(lum_gltf_ours(o), "same_as");
+    uint32_t other;
+    if (same_as && lum_ids_again(&g->im->ids, same_as, material->id) &&
+        lum_ids_find(&g->im->ids, material->id, &other) && other < n && g->materials[other].done) {
+        *material = g->materials[other]; /* with the light of an object, whose record says so */
+        return material;
+    }
     if (!is_default)
         lum_gltf_at(g, LUM_GLTF_MATERIALS, index);
     if (!read_look(g, o, &look))
         return NULL;
     material->uv_set = choose_uv_set(g, &look);
-    material->shines = luminance_of(look.emission) > 0.0;
+    material->shines = look.emission_cd_m2 > 0.0;
     material->evenly = !look.emission_texture.image;
-    material->turns = look.normal_texture.image || look.anisotropy > 0.0;
+    material->turns = look.normal_texture.image || look.clearcoat_normal_texture.image || look.anisotropy > 0.0;
     struct lum_id_request name = {"material/", is_default ? "default" : lum_gltf_string(g, o, "name"), "material",
                                   index};
     struct lum_error err;
-    enum lum_status status = lum_ids_make(&g->im->ids, &name, material->id, &err);
+    const char *was = lum_gltf_ours_text(look.record, "id");
+    bool known = was && lum_ids_again(&g->im->ids, was, material->id) && !lum_ids_find(&g->im->ids, material->id, NULL);
+    enum lum_status status = known ? lum_ids_take(&g->im->ids, material->id, index, &err)
+                                   : lum_ids_make(&g->im->ids, &name, material->id, &err);
     if (!status)
         status = send_look(g, material->id, &look, &err);
     if (status) {

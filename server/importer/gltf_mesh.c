@@ -6,6 +6,7 @@
 #include "protocol/base/limits.h"
 #include "server/importer/gltf.h"
 #include "server/importer/gltf_json.h"
+#include "server/importer/gltf_ours.h"
 
 enum mode { POINTS, LINES, LINE_LOOP, LINE_STRIP, TRIANGLES, STRIP, FAN };
 
@@ -38,14 +39,14 @@ static void free_vertices(struct lum_gltf_vertices *v)
     memset(v, 0, sizeof *v);
 }
 
-/* Where the material asks for them; without normals a file's are to be ignored (glTF 2.0, 3.7.2.1). uvs do instead of
- * those that are not as they should be. */
+/* Where the material asks for them, or all are to be kept; without normals a file's are to be ignored
+ * (glTF 2.0, 3.7.2.1). uvs do instead of those that are not as they should be. */
 static bool read_tangents(struct lum_gltf *g, const cJSON *attributes, const struct lum_gltf_material *material,
-                          struct lum_gltf_vertices *v)
+                          bool all, struct lum_gltf_vertices *v)
 {
     enum lum_gltf_kind kind = g->at_kind;
     uint32_t at = g->at_index;
-    if (!material->turns || !v->normals || read_attribute(g, attributes, "TANGENT", 4, v, &v->tangents))
+    if (!(all || (material->turns && v->normals)) || read_attribute(g, attributes, "TANGENT", 4, v, &v->tangents))
         return true;
     lum_free(v->tangents);
     v->tangents = NULL;
@@ -53,7 +54,7 @@ static bool read_tangents(struct lum_gltf *g, const cJSON *attributes, const str
 }
 
 static bool read_vertices(struct lum_gltf *g, const cJSON *primitive, const struct lum_gltf_material *material,
-                          struct lum_gltf_vertices *v)
+                          bool all, struct lum_gltf_vertices *v)
 {
     static const char *const uv_keys[16] = {
         "TEXCOORD_0",  "TEXCOORD_1",  "TEXCOORD_2",  "TEXCOORD_3",  "TEXCOORD_4",  "TEXCOORD_5",
@@ -72,7 +73,7 @@ static bool read_vertices(struct lum_gltf *g, const cJSON *primitive, const stru
         return lum_gltf_fail(g, LUM_ERR_LIMIT, "has %u vertices, over the limit of %u", v->n, LUM_LIMIT_VERTICES);
     return read_attribute(g, attributes, "NORMAL", 3, v, &v->normals) &&
            read_attribute(g, attributes, uv_keys[material->uv_set], 2, v, &v->uvs) &&
-           read_tangents(g, attributes, material, v) && read_attribute(g, attributes, "COLOR_0", 3, v, &v->colors);
+           read_tangents(g, attributes, material, all, v) && read_attribute(g, attributes, "COLOR_0", 3, v, &v->colors);
 }
 
 /* ---- indices ---- */
@@ -169,6 +170,60 @@ static void clamp_colors(struct lum_gltf_vertices *v)
         v->colors[i] = v->colors[i] < 0.0f ? 0.0f : v->colors[i] > 1.0f ? 1.0f : v->colors[i];
 }
 
+/* One that has the same arrays, and was sent with the id that this one has. */
+static bool is_same_mesh(struct lum_gltf *g, uint32_t other, uint32_t mesh)
+{
+    const cJSON *lists[2] = {lum_gltf_list(g, lum_gltf_item(g, LUM_GLTF_MESHES, other), "primitives"),
+                             lum_gltf_list(g, lum_gltf_item(g, LUM_GLTF_MESHES, mesh), "primitives")};
+    static const char *const keys[] = {"attributes", "indices", "mode"};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(keys); i++) {
+        const cJSON *a = cJSON_GetObjectItemCaseSensitive(lists[0] ? lists[0]->child : NULL, keys[i]),
+                    *b = cJSON_GetObjectItemCaseSensitive(lists[1] ? lists[1]->child : NULL, keys[i]);
+        if ((a || b) && !cJSON_Compare(a, b, true))
+            return false;
+    }
+    return true;
+}
+
+static void take_exact(struct lum_gltf *g, const cJSON *ours, const char *key, size_t n, struct lum_mesh_exact *ret)
+{
+    struct lum_gltf_view view;
+    bool doubles;
+    const cJSON *exact = cJSON_GetObjectItemCaseSensitive(ours, "exact");
+    if (lum_gltf_ours_bytes(g, exact, key, &view, &doubles) && view.n == n * (doubles ? sizeof(double) : sizeof(float)))
+        *ret = (struct lum_mesh_exact){view.data, doubles};
+}
+
+/* As lumend has written it: with its id, whole, and arrays as they were. */
+static enum lum_status send_known(struct lum_gltf *g, uint32_t mesh, const char *id, const struct lum_mesh_arrays *m,
+                                  struct lum_error *err)
+{
+    const cJSON *ours = lum_gltf_ours(lum_gltf_item(g, LUM_GLTF_MESHES, mesh));
+    struct lum_mesh_known known = {.id = id};
+    enum lum_status status = lum_ids_take(&g->im->ids, id, mesh, err);
+    size_t n = m->n_vertices;
+    take_exact(g, ours, "positions", 3 * n, &known.positions);
+    take_exact(g, ours, "normals", 3 * n, &known.normals);
+    take_exact(g, ours, "uvs", 2 * n, &known.uvs);
+    take_exact(g, ours, "tangents", 4 * n, &known.tangents);
+    take_exact(g, ours, "colors", 3 * n, &known.colors);
+    known.deforming = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(ours, "deforming"));
+    const cJSON *shape = g->is_ours ? cJSON_GetObjectItemCaseSensitive(ours, "record") : NULL;
+    if (!status && shape)
+        return lum_gltf_send_shape(g, shape, id, err);
+    return status ? status : lum_mesh_send_known(g->im, &known, m, err);
+}
+
+static enum lum_status one_part(const char *id, struct lum_mesh_parts *ret_parts, struct lum_error *err)
+{
+    ret_parts->ids = lum_calloc(1, sizeof(lum_id));
+    if (!ret_parts->ids)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for a mesh");
+    ret_parts->n = 1;
+    memcpy(ret_parts->ids[0], id, strlen(id) + 1);
+    return LUM_OK;
+}
+
 static bool send_primitive(struct lum_gltf *g, uint32_t mesh, const cJSON *primitive, const struct lum_gltf_pose *pose,
                            struct lum_mesh_parts *ret_parts)
 {
@@ -185,15 +240,31 @@ static bool send_primitive(struct lum_gltf *g, uint32_t mesh, const cJSON *primi
     struct lum_gltf_vertices v = {0};
     struct triangles t = {0};
     struct lum_error err = {0};
+    lum_id id;
+    uint32_t other;
+    bool plain = pose->skin == LUM_GLTF_NONE && !pose->weights && !primitive->next && !primitive->prev->next &&
+                 !lum_gltf_list(g, primitive, "targets");
+    bool known = plain && lum_gltf_ours_id(g, lum_gltf_ours(o), id);
+    if (known && lum_ids_find(&g->im->ids, id, &other)) {
+        known = other < g->arrays[LUM_GLTF_MESHES].n && is_same_mesh(g, other, mesh);
+        if (known)
+            return !one_part(id, ret_parts, &err) || lum_gltf_fail(g, err.status, "%s", err.text);
+    }
     struct lum_id_request name = {"mesh/", lum_gltf_string(g, o, "name"), "mesh", mesh};
-    bool ok = read_vertices(g, primitive, material, &v) && read_triangles(g, primitive, (enum mode)mode, v.n, &t) &&
-              deform(g, o, primitive, pose, &v);
+    bool ok = read_vertices(g, primitive, material, known, &v) &&
+              read_triangles(g, primitive, (enum mode)mode, v.n, &t) && deform(g, o, primitive, pose, &v);
     if (ok) {
-        clamp_colors(&v);
+        if (!known)
+            clamp_colors(&v);
         clamp_tangents(&v);
         struct lum_mesh_arrays m = {v.positions, v.normals, v.uvs, v.tangents, v.colors, t.indices, v.n, t.n};
         uint32_t n_lamps = material->shines && material->evenly ? g->n_shown[mesh] : 0;
-        enum lum_status status = lum_mesh_send(g->im, &name, &m, n_lamps, ret_parts, &err);
+        enum lum_status status =
+            known ? one_part(id, ret_parts, &err) : lum_mesh_send(g->im, &name, &m, n_lamps, ret_parts, &err);
+        if (!status && known)
+            status = send_known(g, mesh, id, &m, &err);
+        if (status && known)
+            lum_mesh_parts_finish(ret_parts);
         ok = !status || lum_gltf_fail(g, status, "%s", err.text);
     }
     free_vertices(&v);

@@ -8,6 +8,7 @@
 #include "protocol/base/limits.h"
 #include "server/importer/gltf.h"
 #include "server/importer/gltf_json.h"
+#include "server/importer/gltf_ours.h"
 
 /* ---- places ---- */
 
@@ -164,6 +165,7 @@ static bool send_object(struct lum_gltf *g, const struct lum_id_request *name, c
 struct primitive_place {
     const struct lum_id_request *name; /* of its node */
     uint32_t node, mesh, primitive;
+    bool alone; /* the only one of its mesh */
     const struct lum_affined *place;
 };
 
@@ -184,8 +186,10 @@ static bool emit_primitive(struct lum_gltf *g, const struct primitive_place *p, 
         name.name = its;
         name.fallback = "luminaire";
     }
-    bool ok = material || !parts->n;
-    for (uint32_t k = 0; ok && k < parts->n; k++)
+    bool ok = material || !parts->n, sent = false;
+    if (ok && parts->n == 1 && p->alone)
+        ok = lum_gltf_emit_ours(g, p->node, parts->ids[0], material->id, &sent);
+    for (uint32_t k = 0; ok && !sent && k < parts->n; k++)
         ok = send_object(g, &name, &(struct shown){parts->ids[k], material, g->nodes[p->node].hidden}, p->place);
     return ok;
 }
@@ -210,7 +214,8 @@ static bool emit_mesh(struct lum_gltf *g, uint32_t node, uint32_t mesh_index)
         name.name = lum_gltf_string(g, lum_gltf_item(g, LUM_GLTF_MESHES, mesh_index), "name");
     bool ok = true;
     for (uint32_t i = 0; ok && i < mesh.n_primitives; i++)
-        ok = emit_primitive(g, &(struct primitive_place){&name, node, mesh_index, i, &place}, &mesh.parts[i]);
+        ok = emit_primitive(g, &(struct primitive_place){&name, node, mesh_index, i, mesh.n_primitives == 1, &place},
+                            &mesh.parts[i]);
     if (owned)
         lum_gltf_mesh_finish(&mesh);
     return ok;
@@ -239,13 +244,14 @@ bool lum_gltf_emit_nodes(struct lum_gltf *g)
         uint32_t camera = lum_gltf_index(g, o, "camera", LUM_GLTF_CAMERAS);
         uint32_t light = lum_gltf_index(g, lum_gltf_extension(g, o, "KHR_lights_punctual"), "light", LUM_GLTF_LIGHTS);
         const cJSON *ies = lum_gltf_extension(g, o, "EXT_lights_ies");
-        bool sent = false;
-        if (!lum_gltf_ok(g) || !lum_gltf_emit_ies_extras(g, i, light, &sent))
+        bool ours = false, sent = false;
+        if (!lum_gltf_ok(g) || (mesh != LUM_GLTF_NONE && !emit_mesh(g, i, mesh)) ||
+            (mesh == LUM_GLTF_NONE && !lum_gltf_emit_ours(g, i, NULL, NULL, &ours)))
             return false;
-        if ((mesh != LUM_GLTF_NONE && !emit_mesh(g, i, mesh)) ||
-            (camera != LUM_GLTF_NONE && !lum_gltf_emit_camera(g, camera, i)) ||
-            (light != LUM_GLTF_NONE && !sent && !lum_gltf_emit_light(g, light, i)) ||
-            (ies && !lum_gltf_emit_ies_light(g, ies, i)))
+        if (!ours && (!lum_gltf_emit_ies_extras(g, i, light, &sent) ||
+                      (camera != LUM_GLTF_NONE && !lum_gltf_emit_camera(g, camera, i)) ||
+                      (ies && !lum_gltf_emit_ies_light(g, ies, i, &sent)) ||
+                      (light != LUM_GLTF_NONE && !sent && !lum_gltf_emit_light(g, light, i))))
             return false;
         uint32_t percent = (uint32_t)((uint64_t)(i + 1) * 100 / n);
         if (percent != last_percent)

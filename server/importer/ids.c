@@ -8,6 +8,7 @@
 /* An open-addressed hash table of the ids given out; n_slots is a power of two, at most half full. */
 struct lum_id_slot {
     lum_id id;            /* "": free */
+    uint32_t number;      /* lum_ids_take's */
     uint32_t next_suffix; /* the number to try first when this id is asked for again: 100 000 equal names stay linear */
 };
 
@@ -88,5 +89,45 @@ enum lum_status lum_ids_make(struct lum_ids *ids, const struct lum_id_request *r
     slot->next_suffix = 2;
     ids->n_used++;
     memcpy(ret_id, id, strlen(id) + 1);
+    return LUM_OK;
+}
+
+bool lum_ids_again(const struct lum_ids *ids, const char *id, char *ret_id)
+{
+    size_t n_prefix = strlen(ids->prefix), n = strlen(id);
+    bool ok = n > 0;
+    for (const char *p = id; *p && ok; p++)
+        ok = id_char(*p) || *p == '/';
+    if (!ok)
+        return false;
+    if (n_prefix + n <= LUM_LIMIT_ID_BYTES)
+        snprintf(ret_id, LUM_LIMIT_ID_BYTES + 1, "%.*s%.*s", (int)n_prefix, ids->prefix, (int)n, id);
+    else
+        snprintf(ret_id, LUM_LIMIT_ID_BYTES + 1, "%.*s%.*s-%08x", (int)n_prefix, ids->prefix,
+                 (int)(LUM_LIMIT_ID_BYTES - n_prefix - 9), id, lum_hash_text(id));
+    return true;
+}
+
+bool lum_ids_find(const struct lum_ids *ids, const char *id, uint32_t *ret_number)
+{
+    const struct lum_id_slot *slot = ids->n_slots ? find_slot(ids->slots, ids->n_slots, id) : NULL;
+    if (!slot || !slot->id[0])
+        return false;
+    if (ret_number)
+        *ret_number = slot->number;
+    return true;
+}
+
+enum lum_status lum_ids_take(struct lum_ids *ids, const char *id, uint32_t number, struct lum_error *err)
+{
+    if ((ids->n_used + 1) * 2 >= ids->n_slots && !grow(ids))
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for names");
+    struct lum_id_slot *slot = find_slot(ids->slots, ids->n_slots, id);
+    if (slot->id[0])
+        return lum_fail(err, LUM_ERR_CONFLICT, "", "%s is there twice", id);
+    memcpy(slot->id, id, strlen(id) + 1);
+    slot->number = number;
+    slot->next_suffix = 2;
+    ids->n_used++;
     return LUM_OK;
 }

@@ -23,4 +23,12 @@ struct lum_id_request {
 LUM_MUST_USE enum lum_status lum_ids_make(struct lum_ids *ids, const struct lum_id_request *r, char *ret_id,
                                           struct lum_error *err);
 
+/* An id that a scene had when it was written to a file: prefix + id, shortened by a number of its own where it is too
+ * long, so that whatever refers to it finds it. False: it is none. */
+bool lum_ids_again(const struct lum_ids *ids, const char *id, char *ret_id);
+/* Is one given out, and with which number? */
+bool lum_ids_find(const struct lum_ids *ids, const char *id, uint32_t *ret_number);
+/* Gives it out, if nobody has it. */
+LUM_MUST_USE enum lum_status lum_ids_take(struct lum_ids *ids, const char *id, uint32_t number, struct lum_error *err);
+
 #endif

@@ -10,23 +10,37 @@ void lum_mesh_parts_finish(struct lum_mesh_parts *parts)
     *parts = (struct lum_mesh_parts){0};
 }
 
+static void put_array(struct lum_emit *e, struct lum_op_text *op, const char *key, const float *values, size_t n,
+                      const struct lum_mesh_exact *exact)
+{
+    if (exact->bytes && exact->doubles)
+        lum_emit_doubles(e, op, key, exact->bytes, n * sizeof(double));
+    else if (exact->bytes || values)
+        lum_emit_blob(e, op, key, exact->bytes ? exact->bytes : values, n * sizeof(float));
+}
+
+enum lum_status lum_mesh_send_known(struct lum_importer *im, const struct lum_mesh_known *known,
+                                    const struct lum_mesh_arrays *m, struct lum_error *err)
+{
+    struct lum_emit *e = &im->emit;
+    struct lum_op_text op;
+    size_t n = m->n_vertices;
+    lum_op_begin(&op, "mesh", known->id);
+    put_array(e, &op, "positions", m->positions, 3 * n, &known->positions);
+    lum_emit_blob(e, &op, "indices", m->indices, 3 * sizeof(uint32_t) * m->n_triangles);
+    put_array(e, &op, "normals", m->normals, 3 * n, &known->normals);
+    put_array(e, &op, "uvs", m->uvs, 2 * n, &known->uvs);
+    put_array(e, &op, "tangents", m->tangents, 4 * n, &known->tangents);
+    put_array(e, &op, "colors", m->colors, 3 * n, &known->colors);
+    if (known->deforming)
+        lum_op_bool(&op, "deforming", true);
+    return lum_emit_op(e, &op, err);
+}
+
 static enum lum_status send_arrays(struct lum_importer *im, const char *id, const struct lum_mesh_arrays *m,
                                    struct lum_error *err)
 {
-    struct lum_op_text op;
-    size_t row = sizeof(float) * m->n_vertices;
-    lum_op_begin(&op, "mesh", id);
-    lum_emit_blob(&im->emit, &op, "positions", m->positions, 3 * row);
-    lum_emit_blob(&im->emit, &op, "indices", m->indices, 3 * sizeof(uint32_t) * m->n_triangles);
-    if (m->normals)
-        lum_emit_blob(&im->emit, &op, "normals", m->normals, 3 * row);
-    if (m->uvs)
-        lum_emit_blob(&im->emit, &op, "uvs", m->uvs, 2 * row);
-    if (m->tangents)
-        lum_emit_blob(&im->emit, &op, "tangents", m->tangents, 4 * row);
-    if (m->colors)
-        lum_emit_blob(&im->emit, &op, "colors", m->colors, 3 * row);
-    return lum_emit_op(&im->emit, &op, err);
+    return lum_mesh_send_known(im, &(struct lum_mesh_known){.id = id}, m, err);
 }
 
 /* ---- fixtures ---- */

@@ -10,6 +10,19 @@ struct lum_mesh_arrays {
     uint32_t *indices; /* 3 * n_triangles */
     uint32_t n_vertices, n_triangles;
 };
+/* An array in place of one of those. */
+struct lum_mesh_exact {
+    const void *bytes; /* NULL: none */
+    bool doubles;
+};
+/* A mesh that lumend has written: with the id that it had. */
+struct lum_mesh_known {
+    const char *id;
+    struct lum_mesh_exact positions, normals, uvs, tangents, colors;
+    bool deforming;
+};
+LUM_MUST_USE enum lum_status lum_mesh_send_known(struct lum_importer *im, const struct lum_mesh_known *known,
+                                                 const struct lum_mesh_arrays *m, struct lum_error *err);
 
 /* Ids of the records of one mesh, owned; none when it shows no triangle. */
 struct lum_mesh_parts {

@@ -94,6 +94,16 @@ void lum_http_json(int status, const struct cJSON *json, struct lum_http_respons
         lum_http_error(500, ret_response);
 }
 
+void lum_http_file(uint8_t *bytes, size_t n, struct lum_http_response *ret_response)
+{
+    *ret_response = (struct lum_http_response){.status = 200,
+                                               .type = "model/gltf-binary",
+                                               .cache = "no-store",
+                                               .body = bytes,
+                                               .n_bytes = n,
+                                               .owned = (char *)bytes};
+}
+
 /* FNV-1a: an embedded file's version. Not a security matter. */
 static uint64_t hash_bytes(const unsigned char *bytes, size_t n)
 {

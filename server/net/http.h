@@ -36,6 +36,8 @@ void lum_http_get(const struct lum_http_site *site, const char *path, const char
                   struct lum_http_response *ret_response);
 /* The text of an object, which stays the caller's; NULL: memory was short. */
 void lum_http_json(int status, const struct cJSON *json, struct lum_http_response *ret_response);
+/* A file that was made for who asked; bytes pass over. */
+void lum_http_file(uint8_t *bytes, size_t n, struct lum_http_response *ret_response);
 /* A short text for people. */
 void lum_http_error(int status, struct lum_http_response *ret_response);
 /* A PUT. n_bytes: Content-Length; -1: none. NULL: the response says why. connection: see uploads.h. */

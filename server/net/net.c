@@ -218,7 +218,7 @@ static int ws_established(struct lum_net *net, struct lws *wsi, struct conn *c)
     /* Both only shorten waiting; a socket that refuses them still works. */
     (void)setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     (void)setsockopt(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent, sizeof unsent);
-    lum_net_http_finish(c);
+    lum_net_http_finish(net, c);
     memset(c, 0, sizeof *c);
     c->wsi = wsi;
     char peer[INET6_ADDRSTRLEN] = "";
@@ -375,7 +375,7 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
     case LWS_CALLBACK_CLOSED_HTTP:
     case LWS_CALLBACK_HTTP_DROP_PROTOCOL:
         if (c)
-            lum_net_http_finish(c);
+            lum_net_http_finish(net, c);
         return 0;
     case LWS_CALLBACK_ESTABLISHED:
         return ws_established(net, wsi, c);

@@ -5,6 +5,7 @@
 
 #include <cjson/cJSON.h>
 
+#include "server/net/downloads.h"
 #include "server/net/net_internal.h"
 #include "server/net/uploads.h"
 
@@ -47,8 +48,10 @@ int lum_net_confirm_upgrade(const struct lum_net *net, struct lws *wsi)
 
 /* ---- HTTP ---- */
 
-static void finish_response(struct conn *c)
+static void finish_response(struct lum_net *net, struct conn *c)
 {
+    net->file_bytes -= c->n_file;
+    c->n_file = 0;
     free(c->response.owned);
     memset(&c->response, 0, sizeof c->response);
     c->response_sent = 0;
@@ -63,9 +66,9 @@ static void set_upload(struct conn *c, struct lum_upload *u)
     c->upload = u;
 }
 
-void lum_net_http_finish(struct conn *c)
+void lum_net_http_finish(struct lum_net *net, struct conn *c)
 {
-    finish_response(c);
+    finish_response(net, c);
     if (!c->upload)
         return;
     lum_upload_release(c->upload);
@@ -82,6 +85,27 @@ static int64_t content_length(struct lws *wsi)
     return *end ? -1 : n;
 }
 
+/* A file that a session has asked for. Those that are read slowly stay in memory until then, so that there is a limit.
+ */
+static bool give_file(struct lum_net *net, struct conn *c, const char *name)
+{
+    static const char folder[] = "/" LUM_DOWNLOAD_FOLDER "/";
+    size_t n = 0;
+    bool asked = strncmp(name, folder, sizeof folder - 1) == 0 && net->sessions && !c->head_only;
+    uint8_t *bytes = asked ? lum_sessions_take_file(net->sessions, name + sizeof folder - 1, &n) : NULL;
+    if (!bytes)
+        return false;
+    if (net->file_bytes + n > LUM_LIMIT_EXPORT_BYTES) {
+        free(bytes);
+        lum_http_error(503, &c->response);
+        return true;
+    }
+    net->file_bytes += n;
+    c->n_file = n;
+    lum_http_file(bytes, n, &c->response);
+    return true;
+}
+
 /* Of requests that come with a name. True: files come now, and the response later. */
 static bool answer(struct lum_net *net, struct conn *c, const char *name)
 {
@@ -94,6 +118,8 @@ static bool answer(struct lum_net *net, struct conn *c, const char *name)
         lum_http_error(405, &c->response);
         return false;
     }
+    if (give_file(net, c, name))
+        return false;
     bool has = copy_header(c->wsi, WSI_TOKEN_HTTP_AUTHORIZATION, authorization, sizeof authorization);
     lum_http_get(&net->site, name, has ? authorization : NULL, &c->response);
     return false;
@@ -153,23 +179,23 @@ static int send_head(struct lum_net *net, struct conn *c)
     return 0;
 }
 
-static int end_transaction(struct conn *c)
+static int end_transaction(struct lum_net *net, struct conn *c)
 {
     bool close = c->response.status >= 400;
-    finish_response(c);
+    finish_response(net, c);
     return close || lws_http_transaction_completed(c->wsi) ? -1 : 0;
 }
 
 int lum_net_http_request(struct lum_net *net, struct lws *wsi, struct conn *c, const char *path, size_t n_path)
 {
-    lum_net_http_finish(c); /* with a request before that was cut off */
+    lum_net_http_finish(net, c); /* with a request before that was cut off */
     c->wsi = wsi;
     if (fill_response(net, c, path, n_path))
         return 0;
     if (send_head(net, c))
         return -1;
     if (c->head_only || c->response.n_bytes == 0)
-        return end_transaction(c);
+        return end_transaction(net, c);
     lws_callback_on_writable(wsi);
     return 0;
 }
@@ -195,7 +221,7 @@ int lum_net_http_writeable(struct lum_net *net, struct conn *c)
         return -1;
     c->response_sent += n;
     if (n == left)
-        return end_transaction(c);
+        return end_transaction(net, c);
     lws_callback_on_writable(c->wsi);
     return 0;
 }
@@ -219,8 +245,9 @@ int lum_net_http_body_end(struct conn *c)
     return 0;
 }
 
-static void look_at(struct lum_upload *u)
+static void look_at(struct lum_net *net, struct lum_upload *u)
 {
+    (void)net;
     const struct conn *c = lum_upload_connection(u);
     if (lum_upload_may_go_on(u))
         lws_rx_flow_control(c->wsi, 1);
@@ -228,19 +255,19 @@ static void look_at(struct lum_upload *u)
         lws_callback_on_writable(c->wsi);
 }
 
-static void drop(struct lum_upload *u)
+static void drop(struct lum_net *net, struct lum_upload *u)
 {
-    lum_net_http_finish(lum_upload_connection(u));
+    lum_net_http_finish(net, lum_upload_connection(u));
 }
 
-static void each_upload(struct lum_net *net, void (*fn)(struct lum_upload *u))
+static void each_upload(struct lum_net *net, void (*fn)(struct lum_net *net, struct lum_upload *u))
 {
     for (unsigned k = 0; k < LUM_LIMIT_PROJECTS_OPEN; k++) {
         const struct lum_project *p = lum_projects_at(net->site.projects, k);
         for (unsigned i = 0; p && i < LUM_LIMIT_UPLOADS_AT_ONCE; i++) {
             struct lum_upload *u = lum_uploads_at(lum_project_uploads(p), i);
             if (u)
-                fn(u);
+                fn(net, u);
         }
     }
 }

@@ -21,6 +21,7 @@ struct conn {
     struct lum_http_response response;
     size_t response_sent;
     bool head_only;
+    size_t n_file;             /* bytes of the response that count among file_bytes of the server */
     bool tls_for_good;         /* the response says that this name is reached by TLS alone */
     struct lum_upload *upload; /* NULL: none comes by this connection */
     /* WebSocket */
@@ -47,6 +48,7 @@ struct lum_net {
     struct lum_http_site site;
     lws_sorted_usec_list_t turn_later;
     struct lum_net_counters counters;
+    uint64_t file_bytes;                       /* of files that are on their way */
     struct conn *conns[LUM_LIMIT_CONNECTIONS]; /* by session slot */
     struct lum_peers peers;
     struct lum_handshakes handshakes; /* of TLS */
@@ -60,7 +62,7 @@ int lum_net_http_body(struct conn *c, const void *bytes, size_t n);
 int lum_net_http_body_end(struct conn *c);
 int lum_net_http_writeable(struct lum_net *net, struct conn *c);
 /* The connection is of no request any more. */
-void lum_net_http_finish(struct conn *c);
+void lum_net_http_finish(struct lum_net *net, struct conn *c);
 /* After a wake: goes on with what waited for the disk. */
 void lum_net_http_look(struct lum_net *net);
 /* No file is waited for any more. */

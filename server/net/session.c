@@ -45,6 +45,8 @@ void lum_sessions_destroy(struct lum_sessions *sessions)
         leave_project(&sessions->slots[i]);
     }
     if (sessions)
+        lum_downloads_finish(&sessions->downloads);
+    if (sessions)
         free(sessions->list_text);
     lum_free(sessions);
 }
@@ -151,6 +153,7 @@ void lum_session_close(struct lum_session *s)
     s->table->n_greeted--;
     if (s->project)
         lum_uploads_drop(lum_project_uploads(s->project), s->ref);
+    lum_downloads_drop(&s->table->downloads, s->ref);
     lum_log(&s->table->config.log, s->table->config.audit ? LUM_LOG_AUDIT : LUM_LOG_INFO, "session", "%s left",
             s->user);
     if (s->table->draining || !s->project) {
@@ -442,6 +445,27 @@ static void broadcast(struct lum_sessions *sessions, struct lum_project *p, stru
     lum_text_unref(t);
 }
 
+/* Where it can be fetched, or why not. */
+static void offer_file(struct lum_session *s, struct lum_out *out)
+{
+    char get[sizeof LUM_DOWNLOAD_FOLDER + 1 + LUM_DOWNLOAD_TICKET_BYTES] = LUM_DOWNLOAD_FOLDER "/";
+    struct lum_proto_error err;
+    uint8_t *bytes = out->file;
+    out->file = NULL;
+    if (!lum_downloads_keep(&s->table->downloads, s->ref, bytes, out->n_file, get + sizeof LUM_DOWNLOAD_FOLDER, &err)) {
+        lum_session_refuse(s, out->rpc_id, &err);
+        return;
+    }
+    cJSON *result = cJSON_CreateObject();
+    if (lum_json_add_string(result, "get", get) && lum_json_add_number(result, "bytes", (double)out->n_file) &&
+        lum_json_add_number(result, "scene_rev", (double)out->scene_rev)) {
+        lum_session_say(s, lum_rpc_result(out->rpc_id, result));
+    } else {
+        cJSON_Delete(result);
+        lum_session_say(s, NULL);
+    }
+}
+
 static void deliver(struct lum_sessions *sessions, struct lum_project *p, struct lum_out *out)
 {
     if (out->kind == LUM_OUT_BROADCAST) {
@@ -455,6 +479,8 @@ static void deliver(struct lum_sessions *sessions, struct lum_project *p, struct
         add_stream(s, out);
     } else if (out->kind == LUM_OUT_VIEW_CLOSED) {
         remove_stream(s, out->view_id);
+    } else if (out->kind == LUM_OUT_FILE) {
+        offer_file(s, out);
     } else if (!outstayed(s)) {
         lum_session_say(s, out->text);
         out->text = NULL;
@@ -472,6 +498,11 @@ static void deliver_all(struct lum_sessions *sessions, struct lum_project *p)
     }
 }
 
+uint8_t *lum_sessions_take_file(struct lum_sessions *sessions, const char *ticket, size_t *ret_n)
+{
+    return lum_downloads_take(&sessions->downloads, ticket, ret_n);
+}
+
 void lum_sessions_deliver(struct lum_sessions *sessions)
 {
     int64_t now_ns = lum_clock_ns();
@@ -480,6 +511,7 @@ void lum_sessions_deliver(struct lum_sessions *sessions)
         if (sessions->slots[i].leaving)
             say_farewell(&sessions->slots[i]);
     lum_sessions_forget_parked(sessions, now_ns);
+    lum_downloads_forget(&sessions->downloads, now_ns);
     for (unsigned i = 0; i < LUM_LIMIT_PROJECTS_OPEN; i++) {
         struct lum_project *p = lum_projects_at(sessions->config.projects, i);
         if (p)

@@ -34,6 +34,8 @@ void lum_sessions_destroy(struct lum_sessions *sessions); /* accepts NULL */
 
 /* Hands the outboxes of directors to the sessions they are for, and lets in who waits for a project. */
 void lum_sessions_deliver(struct lum_sessions *sessions);
+/* The file that a session was told to fetch by this ticket: once, freed with free(). NULL: none. */
+uint8_t *lum_sessions_take_file(struct lum_sessions *sessions, const char *ticket, size_t *ret_n);
 /* Tells every session that the server stops; each closes with LUM_CLOSE_RESTART once its text is out. */
 void lum_sessions_begin_drain(struct lum_sessions *sessions);
 

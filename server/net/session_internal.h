@@ -8,6 +8,7 @@
 
 #include "server/net/bucket.h"
 #include "server/net/changes.h"
+#include "server/net/downloads.h"
 #include "server/net/session.h"
 #include "server/net/text_queue.h"
 
@@ -65,6 +66,7 @@ struct lum_sessions {
     uint64_t list_rev, list_people_rev;
     int64_t refusal_told_ns; /* when the log last heard of a wrong token; 0: never */
     uint32_t n_untold;       /* wrong tokens since then */
+    struct lum_downloads downloads;
     struct lum_parked parked[LUM_LIMIT_PARKED];
     struct lum_session slots[LUM_LIMIT_CONNECTIONS];
 };

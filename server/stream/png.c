@@ -11,13 +11,17 @@
 
 #define CHUNK_BYTES (4u << 20) /* ancillary chunks: colour profiles are under 1 MiB */
 
-enum lum_status lum_png_encode(const struct lum_png *png, uint8_t **ret_bytes, size_t *ret_n, struct lum_error *err)
+static enum lum_status encode(const struct lum_png *png, size_t n_channels, uint8_t **ret_bytes, size_t *ret_n,
+                              struct lum_error *err)
 {
     spng_ctx *ctx = spng_ctx_new(SPNG_CTX_ENCODER);
     if (!ctx)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a PNG of %u x %u", png->w, png->h);
-    struct spng_ihdr ihdr = {
-        .width = png->w, .height = png->h, .bit_depth = 8, .color_type = SPNG_COLOR_TYPE_TRUECOLOR};
+    struct spng_ihdr ihdr = {.width = png->w,
+                             .height = png->h,
+                             .bit_depth = 8,
+                             .color_type =
+                                 n_channels == 4 ? SPNG_COLOR_TYPE_TRUECOLOR_ALPHA : SPNG_COLOR_TYPE_TRUECOLOR};
     int failed = spng_set_option(ctx, SPNG_ENCODE_TO_BUFFER, 1);
     if (!failed)
         failed = spng_set_option(ctx, SPNG_IMG_COMPRESSION_LEVEL, png->level);
@@ -30,7 +34,7 @@ enum lum_status lum_png_encode(const struct lum_png *png, uint8_t **ret_bytes, s
     if (!failed)
         failed = spng_set_srgb(ctx, 0); /* rendering intent: perceptual */
     if (!failed)
-        failed = spng_encode_image(ctx, png->rgb, (size_t)3 * png->w * png->h, SPNG_FMT_PNG, SPNG_ENCODE_FINALIZE);
+        failed = spng_encode_image(ctx, png->rgb, n_channels * png->w * png->h, SPNG_FMT_PNG, SPNG_ENCODE_FINALIZE);
     size_t n = 0;
     uint8_t *bytes = failed ? NULL : spng_get_png_buffer(ctx, &n, &failed);
     spng_ctx_free(ctx);
@@ -40,6 +44,17 @@ enum lum_status lum_png_encode(const struct lum_png *png, uint8_t **ret_bytes, s
     *ret_bytes = bytes;
     *ret_n = n;
     return LUM_OK;
+}
+
+enum lum_status lum_png_encode(const struct lum_png *png, uint8_t **ret_bytes, size_t *ret_n, struct lum_error *err)
+{
+    return encode(png, 3, ret_bytes, ret_n, err);
+}
+
+enum lum_status lum_png_encode_rgba(const struct lum_png *png, uint8_t **ret_bytes, size_t *ret_n,
+                                    struct lum_error *err)
+{
+    return encode(png, 4, ret_bytes, ret_n, err);
 }
 
 enum lum_status lum_png_write(const char *path, const struct lum_png *png, struct lum_error *err)

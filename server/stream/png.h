@@ -1,4 +1,4 @@
-/* PNG files, by libspng: 8-bit RGB, written with an sRGB chunk. */
+/* PNG files, by libspng: 8 bits a channel, written with an sRGB chunk. */
 #ifndef LUM_SERVER_STREAM_PNG_H
 #define LUM_SERVER_STREAM_PNG_H
 
@@ -15,6 +15,9 @@ struct lum_png {
 /* *ret_bytes is released with free(). Thread: any. */
 LUM_MUST_USE enum lum_status lum_png_encode(const struct lum_png *png, uint8_t **ret_bytes, size_t *ret_n,
                                             struct lum_error *err);
+/* The same where rgb is 4 * w * h: with opacity. */
+LUM_MUST_USE enum lum_status lum_png_encode_rgba(const struct lum_png *png, uint8_t **ret_bytes, size_t *ret_n,
+                                                 struct lum_error *err);
 /* Writes beside the target and renames, so that a reader never sees half a file. */
 LUM_MUST_USE enum lum_status lum_png_write(const char *path, const struct lum_png *png, struct lum_error *err);
 

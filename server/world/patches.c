@@ -1,5 +1,6 @@
 #include "server/world/patches.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -42,7 +43,9 @@ static void collect(void *user, const struct lum_record *r)
                     : is(p->channels, "rgb")   ? LUM_PATCH_RGB
                     : is(p->channels, "dim16") ? LUM_PATCH_DIM16
                                                : LUM_PATCH_DIM,
-        .square = is(p->curve, "square"),
+        .curve = is(p->curve, "square") ? LUM_CURVE_SQUARE
+                 : is(p->curve, "dali") ? LUM_CURVE_DALI
+                                        : LUM_CURVE_LINEAR,
     };
     memcpy(to->target, p->target, sizeof to->target);
 }
@@ -76,11 +79,26 @@ void lum_patches_finish(struct lum_patches *patches)
 
 /* ---- values ---- */
 
+/* IEC 62386-102: levels 1 to 254 of control gear are 0.1 to 100 % of the light, each 2.8 % more than the one before; 0
+ * is off. The whole range of the channels stands for levels 0 to 254. */
+static float dali_light(float v)
+{
+    float level = 254.0f * v;
+    return level > 0.0f ? powf(10.0f, 3.0f * (fmaxf(level, 1.0f) - 1.0f) / 253.0f - 3.0f) : 0.0f;
+}
+
 static float value_at(const struct lum_patch *p, const uint8_t *slots)
 {
     bool fine = p->channels == LUM_PATCH_DIM16 || p->channels == LUM_PATCH_RGB16;
     float v = fine ? (float)(slots[0] * 256 + slots[1]) / 65535.0f : (float)slots[0] / 255.0f;
-    return p->square ? v * v : v;
+    switch (p->curve) {
+    case LUM_CURVE_SQUARE:
+        return v * v;
+    case LUM_CURVE_DALI:
+        return dali_light(v);
+    default:
+        return v;
+    }
 }
 
 uint32_t lum_patch_width(const struct lum_patch *p)

@@ -13,7 +13,7 @@ struct lum_patch {
     struct lum_desk_key key;
     uint16_t address; /* from 0 */
     enum lum_patch_channels channels;
-    bool square;
+    enum lum_patch_curve { LUM_CURVE_LINEAR, LUM_CURVE_SQUARE, LUM_CURVE_DALI } curve;
     /* the newest state of its channels */
     bool known; /* somebody sent them once */
     float value[3];

@@ -7,6 +7,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include <cjson/cJSON.h>
+
 #include "server/base/log.h"
 #include "server/base/suggest.h"
 #include "server/import/expand.h"
@@ -216,6 +218,23 @@ static bool add_record(struct lum_world *w, struct lum_record *r, struct lum_pro
     return ok;
 }
 
+/* A scene that lumend has written was set so: exposure, samples, glass. Settings that this version does not know, or
+ * that are wrong, leave its own. */
+static void apply_settings(struct lum_world *w, const struct cJSON *settings)
+{
+    struct lum_proto_error err;
+    struct lum_op *op = calloc(1, sizeof *op);
+    struct lum_ops ops = {.ops = op, .n = 1};
+    if (!op)
+        return;
+    op->kind = LUM_OP_SET;
+    snprintf(op->id, sizeof op->id, "render");
+    op->value = cJSON_Duplicate(settings, true);
+    if (!op->value || !apply_ours(w, &ops, &err))
+        lum_log(&w->log, LUM_LOG_WARNING, "scene", "the file's settings are not used: %s", op->value ? err.text : "");
+    lum_ops_finish(&ops);
+}
+
 /* Views start with this camera. */
 static bool choose_camera(struct lum_world *w, const char *id, struct lum_proto_error *err)
 {
@@ -320,10 +339,12 @@ static bool is_lit(const struct lum_snapshot *s)
     return flux_lm >= LIT_LX * 2.0 * (x * y + y * z + z * x);
 }
 
-static bool add_what_a_model_lacks(struct lum_world *w, const char *camera, struct lum_proto_error *err)
+/* was_ours: it is a scene that lumend has written, as dark as it was. */
+static bool add_what_a_model_lacks(struct lum_world *w, const char *camera, bool was_ours, struct lum_proto_error *err)
 {
     return (camera[0] ? choose_camera(w, camera, err) : add_framing_camera(w, err)) &&
-           (is_lit(w->snapshot) || (add_sky(w, err) && commit(w, err) && add_sun(w, err))) && commit(w, err);
+           (was_ours || is_lit(w->snapshot) || (add_sky(w, err) && commit(w, err) && add_sun(w, err))) &&
+           commit(w, err);
 }
 
 /* ---- all kinds ---- */
@@ -331,8 +352,9 @@ static bool add_what_a_model_lacks(struct lum_world *w, const char *camera, stru
 struct source {
     struct lum_ops ops;
     bool is_model;
-    lum_id camera;  /* the first that an import brought; "": none */
-    char dir[4096]; /* where assets are looked for when the configuration names no place; "": nowhere */
+    lum_id camera;          /* the first that an import brought; "": none */
+    struct cJSON *settings; /* that the file was written with; NULL: none. Owned */
+    char dir[4096];         /* where assets are looked for when the configuration names no place; "": nowhere */
 };
 
 static bool open_source(const char *scene, struct source *ret_source, struct lum_proto_error *err)
@@ -374,6 +396,8 @@ static bool apply_source(struct lum_world *w, struct source *source, const struc
     for (size_t i = 0; i < expansion.n_warnings; i++)
         lum_log(&w->log, LUM_LOG_WARNING, "import", "%s", expansion.warnings[i]);
     find_first_camera(&expansion, source->camera);
+    source->settings = expansion.settings;
+    expansion.settings = NULL;
     struct lum_changes changes;
     struct lum_edit edit = {LOADER, &source->ops, expansion.children, expansion.n};
     bool ok = lum_world_apply(w, &edit, &changes, err);
@@ -412,8 +436,11 @@ bool lum_scene_load(struct lum_world *w, const char *scene, const struct lum_imp
     struct source source = {0};
     if (!open_source(scene, &source, err))
         return false;
-    bool ok =
-        apply_source(w, &source, import, err) && (!source.is_model || add_what_a_model_lacks(w, source.camera, err));
+    bool ok = apply_source(w, &source, import, err);
+    if (ok && source.is_model && source.settings)
+        apply_settings(w, source.settings);
+    ok = ok && (!source.is_model || add_what_a_model_lacks(w, source.camera, source.settings, err));
+    cJSON_Delete(source.settings);
     if (!ok)
         lum_ops_name_line(&source.ops, err);
     if (!ok && source.is_model)

@@ -7,7 +7,7 @@ import unittest
 
 from daemon import LUMEND
 
-COMMANDS = ("serve", "render", "compare", "measure", "state", "token", "photometry", "scenes", "methods")
+COMMANDS = ("serve", "render", "compare", "measure", "export", "state", "token", "photometry", "scenes", "methods")
 
 
 def text_of(*arguments):

@@ -30,6 +30,7 @@ FORMS = {
     "scene.get": {"expand": False},
     "scene.apply": {"op_id": "a-1", "repeat": False, "base_rev": 0,
                     "ops": [{"op": "set", "id": "render", "path": "/exposure_ev", "value": 3}]},
+    "scene.export": {},
     "scene.undo": {"op_id": "a-2", "repeat": False},
     "scene.redo": {"op_id": "a-3", "repeat": False},
     "preset.store": {"id": "evening", "name": "Evening", "fade_s": 2, "op_id": "a-4", "repeat": False},

@@ -150,17 +150,6 @@ static void put_ring(struct rig *r, const char *id)
     RIG_OK(lum_scene_put_mesh(r->scene, id, &d, &err));
 }
 
-static struct lum_material_desc steel(float roughness, float anisotropy, double turn)
-{
-    struct lum_material_desc m = lum_material_default();
-    m.base_color = lum_grey(0.8f);
-    m.metallic = 1.0f;
-    m.roughness = roughness;
-    m.anisotropy = anisotropy;
-    m.anisotropy_rotation_deg = turn;
-    return m;
-}
-
 static struct lum_surface surface_at(const struct rig *r, uint32_t prim, float u, float v)
 {
     struct lum_hits hits;
@@ -189,7 +178,7 @@ static void lines_do_not_break_at_edges(void **state)
     struct rig r;
     rig_begin(&r, 0);
     put_ring(&r, "ring");
-    struct lum_material_desc m = steel(0.3f, 0.8f, 0.0);
+    struct lum_material_desc m = lum_material_steel(0.3f, 0.8f, 0.0);
     rig_material(&r, "steel", &m);
     rig_object(&r, "ring", "ring", "steel", rig_v(0, 0, 0));
     rig_commit(&r);
@@ -208,7 +197,7 @@ static void without_uv_lines_are_those_of_a_turned_part(void **state)
     struct rig r;
     rig_begin(&r, 0);
     rig_box(&r, "box", 0.5, 0.5, 0.5);
-    struct lum_material_desc m = steel(0.3f, 0.8f, 0.0);
+    struct lum_material_desc m = lum_material_steel(0.3f, 0.8f, 0.0);
     rig_material(&r, "steel", &m);
     rig_object(&r, "box", "box", "steel", rig_v(0, 0, 0));
     rig_commit(&r);
@@ -230,7 +219,7 @@ static void put_again_it_is_the_same(void **state)
     struct rig r;
     rig_begin(&r, 0);
     put_ring(&r, "ring");
-    struct lum_material_desc even = steel(0.3f, 0.0f, 0.0), m = steel(0.3f, 0.8f, 0.0);
+    struct lum_material_desc even = lum_material_steel(0.3f, 0.0f, 0.0), m = lum_material_steel(0.3f, 0.8f, 0.0);
     rig_material(&r, "steel", &even);
     rig_object(&r, "ring", "ring", "steel", rig_v(0, 0, 0));
     rig_commit(&r);
@@ -273,7 +262,8 @@ static void no_strength_changes_nothing(void **state)
     const struct lum_method *methods = lum_methods(&n);
     for (size_t k = 0; k < n; k++) {
         struct rig r;
-        struct lum_material_desc even = steel(0.4f, 0.0f, 0.0), turned = steel(0.4f, 0.0f, 30.0);
+        struct lum_material_desc even = lum_material_steel(0.4f, 0.0f, 0.0),
+                                 turned = lum_material_steel(0.4f, 0.0f, 30.0);
         render_with(&r, &even, methods[k].name);
         struct lum_rgb *picture = rig_picture(&r);
         rig_end(&r);
@@ -290,7 +280,7 @@ static struct reading under_a_lamp(const struct lum_method *method, double stret
     struct rig r;
     rig_begin(&r, 0);
     rig_square(&r, "square", 0.5);
-    struct lum_material_desc m = steel(0.4f, 0.8f, stretch_deg);
+    struct lum_material_desc m = lum_material_steel(0.4f, 0.8f, stretch_deg);
     rig_material(&r, "square", &m);
     rig_object(&r, "square", "square", "square", rig_v(0, 0, 0));
     struct lum_vec3d eye = {0.3, 0.8, 1.0}, lamp = {0.5, 1.5, -1.2};
@@ -322,7 +312,7 @@ static void a_highlight_turns_with_its_stretch(void **state)
 static void white_brushed_metal_in_a_furnace(void **state)
 {
     (void)state;
-    struct lum_material_desc m = steel(0.4f, 0.7f, 20.0);
+    struct lum_material_desc m = lum_material_steel(0.4f, 0.7f, 20.0);
     m.base_color = lum_grey(1.0f);
     check_in_furnace("brushed", &m, rig_v(0.3, 0.4, 0.5), 64, 0.03);
 }
@@ -357,7 +347,8 @@ static void live_shows_brushed_metal_as_path_does(void **state)
         struct rig r;
         rig_begin(&r, 2);
         rig_room(&r);
-        struct lum_material_desc red = steel(kind ? 0.4f : 0.7f, kind ? 0.7f : 0.0f, kind == 2 ? 90.0 : 0.0);
+        struct lum_material_desc red =
+            lum_material_steel(kind ? 0.4f : 0.7f, kind ? 0.7f : 0.0f, kind == 2 ? 90.0 : 0.0);
         rig_material(&r, "red", &red);
         struct lum_light_desc panel = rig_quad(rig_v(0, 2.9, 0), rig_v(1, 0, 0), rig_v(0, 0, 1), 100);
         rig_light(&r, "panel", &panel);

@@ -6,17 +6,6 @@
 #include "core/scene/surface.h"
 #include "tests/numeric/reading.h"
 
-static struct lum_material_desc steel(float roughness, float anisotropy, double turn)
-{
-    struct lum_material_desc m = lum_material_default();
-    m.base_color = lum_grey(0.8f);
-    m.metallic = 1.0f;
-    m.roughness = roughness;
-    m.anisotropy = anisotropy;
-    m.anisotropy_rotation_deg = turn;
-    return m;
-}
-
 /* A square in the plane y = 0 that faces up. u grows along +x and v along +z, so that falling v runs along -z.
  * turn_deg: of its tangents from +x towards -z; sign 0: it has none. */
 static void put_square(struct rig *r, double turn_deg, float sign)
@@ -78,7 +67,7 @@ static struct reading read_square(struct rig *r, const struct lum_method *method
 static struct reading by_angle(const struct lum_method *method, double turn_deg)
 {
     struct rig r;
-    struct lum_material_desc m = steel(0.4f, 0.8f, turn_deg);
+    struct lum_material_desc m = lum_material_steel(0.4f, 0.8f, turn_deg);
     begin_under_a_lamp(&r, 0.5, 0.3);
     put_square(&r, 0.0, 0.0f);
     return read_square(&r, method, &m);
@@ -91,7 +80,7 @@ static struct reading by_another(const struct lum_method *method, double turn_de
     double of_mesh = way == 0 ? turn_deg : way == 3 ? -80.0 : 0.0, of_material = way >= 2 ? 35.0 : 0.0;
     double of_texel = (turn_deg - of_mesh - of_material) * PI / 180.0;
     const float texel[3] = {(float)(0.5 + 0.4 * cos(of_texel)), (float)(0.5 + 0.4 * sin(of_texel)), 0.8f};
-    struct lum_material_desc m = steel(0.4f, way == 0 ? 0.8f : 1.0f, of_material);
+    struct lum_material_desc m = lum_material_steel(0.4f, way == 0 ? 0.8f : 1.0f, of_material);
     begin_under_a_lamp(&r, 0.5, 0.3);
     put_square(&r, of_mesh, of_mesh == 0.0 ? 0.0f : 1.0f);
     if (way > 0) {
@@ -129,7 +118,7 @@ static void what_is_mirrored_is_brushed_the_other_way(void **state)
             double mean[3];
             for (int way = 0; way < 3; way++) { /* as it is; all mirrored; the square alone */
                 struct rig r;
-                struct lum_material_desc m = steel(0.4f, 0.8f, 50.0);
+                struct lum_material_desc m = lum_material_steel(0.4f, 0.8f, 50.0);
                 double side = way == 1 ? -1.0 : 1.0;
                 begin_under_a_lamp(&r, side * 0.5, side * 0.3);
                 put_square(&r, 20.0, sign);
@@ -169,7 +158,7 @@ static void relief_has_the_same_tangents(void **state)
     for (int i = 0; i < 16; i++) {
         struct rig r;
         float sign = i & 1 ? -1.0f : 1.0f, sx = i & 2 ? -2.0f : 1.0f;
-        struct lum_material_desc m = steel(0.4f, i & 4 ? 0.8f : 0.0f, 0.0);
+        struct lum_material_desc m = lum_material_steel(0.4f, i & 4 ? 0.8f : 0.0f, 0.0);
         rig_begin(&r, 0);
         put_texel(&r, "red", red);
         put_texel(&r, "green", green);
@@ -207,7 +196,7 @@ static void tangents_that_are_none(void **state)
     const uint32_t triangle[] = {0, 1, 2};
     for (size_t k = 0; k < 4; k++) {
         struct rig r;
-        struct lum_material_desc m = steel(0.4f, 0.8f, 0.0);
+        struct lum_material_desc m = lum_material_steel(0.4f, 0.8f, 0.0);
         struct lum_mesh_desc d = {.positions_f = p,
                                   .normals = n,
                                   .uvs = k < 3 ? uvs : NULL,
@@ -236,7 +225,7 @@ static void a_texture_of_lines_in_a_furnace(void **state)
     static const float texels[12] = {1, 0.5f, 1, 0.5f, 1, 0.6f, 0.2f, 0.3f, 0.3f, 0.5f, 0.5f, 0};
     size_t n;
     const struct lum_method *methods = lum_methods(&n);
-    struct lum_material_desc m = steel(0.4f, 0.9f, 20.0);
+    struct lum_material_desc m = lum_material_steel(0.4f, 0.9f, 20.0);
     struct lum_image_desc image = {LUM_TEXEL_RGB32F, 2, 2, texels};
     struct rig r;
     rig_begin(&r, 0);
@@ -261,7 +250,7 @@ static void no_strength_is_no_mirror(void **state)
     (void)state;
     static const float none[3] = {1, 0.5f, 0};
     struct rig r;
-    struct lum_material_desc m = steel(0.0f, 0.8f, 0.0);
+    struct lum_material_desc m = lum_material_steel(0.0f, 0.8f, 0.0);
     rig_begin(&r, 0);
     put_texel(&r, "lines", none);
     m.anisotropy_texture = (struct lum_texture_desc){.image = "lines", .scale = {1, 1}};

@@ -15,7 +15,12 @@ static inline struct lum_material_desc lum_material_default(void)
         .metallic_roughness_texture = no_texture,
         .emission_texture = no_texture,
         .normal_texture = no_texture,
+        .anisotropy_texture = no_texture,
+        .clearcoat_texture = no_texture,
+        .clearcoat_roughness_texture = no_texture,
+        .clearcoat_normal_texture = no_texture,
         .normal_scale = 1.0f,
+        .clearcoat_normal_scale = 1.0f,
         .roughness = 1.0f,
         .ior = 1.5f,
         .specular = 1.0f,
@@ -26,6 +31,18 @@ static inline struct lum_material_desc lum_material_default(void)
         .alpha = 1.0f,
         .alpha_cutoff = 0.5f,
     };
+}
+
+/* Brushed; turn_deg: of its highlights' stretch. */
+static inline struct lum_material_desc lum_material_steel(float roughness, float anisotropy, double turn_deg)
+{
+    struct lum_material_desc m = lum_material_default();
+    m.base_color = lum_grey(0.8f);
+    m.metallic = 1.0f;
+    m.roughness = roughness;
+    m.anisotropy = anisotropy;
+    m.anisotropy_rotation_deg = turn_deg;
+    return m;
 }
 
 #endif

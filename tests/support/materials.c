@@ -53,6 +53,11 @@ struct lum_material brushed(struct lum_material m)
     return m;
 }
 
+/* Textures of one texel. */
+static const float most_texels[3] = {0.7f, 0.5f, 0.0f}, white_texels[3] = {1.0f, 1.0f, 1.0f};
+static const struct lum_image most = {.texel = LUM_TEXEL_RGB32F, .width = 1, .height = 1, .pixels = most_texels},
+                              white = {.texel = LUM_TEXEL_RGB32F, .width = 1, .height = 1, .pixels = white_texels};
+
 struct lum_material variant(int i, float roughness)
 {
     struct lum_material m = plain(roughness);
@@ -105,8 +110,9 @@ struct lum_material variant(int i, float roughness)
         m = matte();
         m.thin = true;
         m.base_color = m.diffuse_transmittance = lum_grey(0.5f);
-        m.clearcoat = 0.7f;
-        m.clearcoat_roughness = roughness;
+        m.clearcoat = m.clearcoat_roughness = 1.0f; /* by textures */
+        m.clearcoat_tex.image = &most;
+        m.clearcoat_roughness_tex.image = roughness > 0.5f ? &white : &most;
         return m;
     case 14: /* over a metal, or its mirror */
         m.metallic = 1.0f;

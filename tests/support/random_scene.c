@@ -137,6 +137,9 @@ static void put_material(struct rig *r, const char *id, const struct random_item
     m.alpha = PICK(item, 14, alphas);
     m.clearcoat = PICK(item, 16, coats);
     m.clearcoat_roughness = PICK(item, 17, rough);
+    m.clearcoat_texture.image = PICK(item, 23, pictures);
+    m.clearcoat_roughness_texture.image = PICK(item, 24, pictures);
+    m.clearcoat_normal_texture.image = PICK(item, 25, pictures);
     m.sheen_color = lum_rgb(0.0f, PICK(item, 18, coats), 0.0f);
     m.sheen_roughness = PICK(item, 19, rough);
     m.anisotropy = PICK(item, 20, coats);

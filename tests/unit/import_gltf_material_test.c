@@ -168,9 +168,9 @@ static void clearcoat(void **state)
 {
     const struct lum_record_material *m =
         import_material(*state, "{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatFactor\":0.75,"
-                                "\"clearcoatRoughnessFactor\":0.25,\"clearcoatTexture\":{\"index\":0}}}}");
-    assert_true(m->clearcoat == 0.75 && m->clearcoat_roughness == 0.25);
-    assert_true(kit_warned(*state, "KHR_materials_clearcoat"));
+                                "\"clearcoatRoughnessFactor\":0.25}}}");
+    assert_true(m->clearcoat == 0.75 && m->clearcoat_roughness == 0.25 && m->clearcoat_normal_scale == 1.0);
+    assert_string_equal(m->clearcoat_texture.image, "");
     static const char *const bare[] = {
         "{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatRoughnessFactor\":0.25}}}", /* the factor's default is
                                                                                                  0 */
@@ -256,6 +256,26 @@ static void textures(void **state)
     assert_memory_equal(color->pixels, ((uint8_t[]){255, 0, 0, 255, 0, 128, 0, 64}), 8);
 }
 
+/* Shares are no colours. Without a coat there is nothing to say of it. */
+static void textures_of_a_clear_coat(void **state)
+{
+    struct kit *k = *state;
+    kit_write(k, "p.png", png, sizeof png);
+    const struct lum_record_material *m = import_material(
+        k, "{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatFactor\":0.5,\"clearcoatTexture\":{\"index\":0},"
+           "\"clearcoatRoughnessTexture\":{\"index\":0,\"extensions\":{\"KHR_texture_transform\":{\"scale\":[2,3]}}},"
+           "\"clearcoatNormalTexture\":{\"index\":0,\"scale\":0.25}}}}");
+    assert_string_equal(m->clearcoat_texture.image, "m/image/pic");
+    assert_string_equal(m->clearcoat_roughness_texture.image, "m/image/pic");
+    assert_string_equal(m->clearcoat_normal_texture.image, "m/image/pic");
+    assert_near_all(m->clearcoat_roughness_texture.scale, (double[]){2, 3}, 2);
+    assert_true(m->clearcoat_normal_scale == 0.25);
+    assert_string_equal(kit_find(k, "m/image/pic")->image.texel, "linear8");
+    assert_false(kit_warned(k, "clearcoat"));
+    m = import_material(k, "{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatTexture\":{\"index\":0}}}}");
+    assert_string_equal(m->clearcoat_texture.image, "");
+}
+
 /* Directions are no colours. Without a strength there is nothing to direct. */
 static void texture_of_brushing(void **state)
 {
@@ -298,6 +318,7 @@ int main(void)
         TEST(specular_glossiness),
         TEST(textures),
         TEST(texture_of_brushing),
+        TEST(textures_of_a_clear_coat),
         TEST(missing_picture_is_a_warning),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -181,6 +181,7 @@ export interface Params {
     'sensor.place': { on?: string; height_m?: number; border_m?: number; directions?: number };
     'report.get': { view_id?: number };
     'scene.apply': EditMembers & { ops: readonly JsonObject[]; base_rev?: number; undo_group?: string };
+    'scene.export': None;
     'scene.undo': EditMembers;
     'scene.redo': EditMembers;
     'preset.store': EditMembers & { id: string; name?: string; fade_s?: number };
@@ -254,6 +255,7 @@ export interface Answers {
     'sensor.place': Sensor;
     'report.get': { scene_rev: number; html: string };
     'scene.apply': Edited;
+    'scene.export': { get: string; bytes: number; scene_rev: number };
     'scene.undo': Edited;
     'scene.redo': Edited;
     'preset.store': Edited;

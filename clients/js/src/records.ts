@@ -147,6 +147,14 @@ export interface Material {
     clearcoat?: number;
     /** 0 to 1; default 0; of that: GGX alpha = clearcoat_roughness^2; 0: a mirror */
     clearcoat_roughness?: number;
+    /** R multiplies clearcoat */
+    clearcoat_texture?: Texture | null;
+    /** G multiplies clearcoat_roughness; with it a coat is nowhere a mirror */
+    clearcoat_roughness_texture?: Texture | null;
+    /** tangent space, of the coat alone */
+    clearcoat_normal_texture?: Texture | null;
+    /** -100 to 100; default 1 */
+    clearcoat_normal_scale?: number;
     /** 0 to 1; default 0; brushed: how far highlights are stretched; 1: alpha along the stretch is 1 */
     anisotropy?: number;
     /** deg; -3600 to 3600; default 0; of the stretch: 0 along +u, 90 along -v of uv */
@@ -325,8 +333,8 @@ export interface Patch {
     address?: number;
     /** default dim; from there on; 16: two a value, the coarse one first */
     channels?: 'dim' | 'dim16' | 'rgb' | 'rgb16';
-    /** default linear; light by value; square: dark values are finer */
-    curve?: 'linear' | 'square';
+    /** default linear; see PROTOCOL.md */
+    curve?: 'linear' | 'square' | 'dali';
     /** a light, an object or a mixing group, there when it is set */
     target: string;
 }
@@ -686,6 +694,7 @@ export type Method =
     | 'scene.apply'
     | 'scene.undo'
     | 'scene.redo'
+    | 'scene.export'
     | 'preset.store'
     | 'preset.recall'
     | 'preset.stop'

@@ -86,6 +86,10 @@ class Material(TypedDict, total=False):
     sheen_roughness: float  # 0 to 1; default 0; of that; below 0.27 it is as at 0.27
     clearcoat: float  # 0 to 1; default 0; how much of a clear lacquer lies over all of it
     clearcoat_roughness: float  # 0 to 1; default 0; of that: GGX alpha = clearcoat_roughness^2; 0: a mirror
+    clearcoat_texture: Texture | None  # R multiplies clearcoat
+    clearcoat_roughness_texture: Texture | None  # G multiplies clearcoat_roughness; with it a coat is nowhere a mirror
+    clearcoat_normal_texture: Texture | None  # tangent space, of the coat alone
+    clearcoat_normal_scale: float  # -100 to 100; default 1
     anisotropy: float  # 0 to 1; default 0; brushed: how far highlights are stretched; 1: alpha along the stretch is 1
     anisotropy_rotation_deg: float  # deg; -3600 to 3600; default 0; of the stretch: 0 along +u, 90 along -v of uv
     anisotropy_texture: Texture | None  # see PROTOCOL.md
@@ -184,7 +188,7 @@ class Patch(TypedDict, total=False):
     universe: int  # 0 to 63999; default 1; sacn: 1 to 63999; artnet: the port address, 0 to 32767
     address: int  # 1 to 512; default 1; of its first channel
     channels: Literal["dim", "dim16", "rgb", "rgb16"]  # default dim; from there on; 16: two a value, the coarse one first
-    curve: Literal["linear", "square"]  # default linear; light by value; square: dark values are finer
+    curve: Literal["linear", "square", "dali"]  # default linear; see PROTOCOL.md
     target: Required[str]  # a light, an object or a mixing group, there when it is set
 
 

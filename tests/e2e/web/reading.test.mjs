@@ -82,6 +82,14 @@ test('scale, colours, lines and range by keyboard alone', async () => {
     assert.deepEqual(tab.watch.errors, []);
 });
 
+/** Pairs of boxes that lie on each other by more than rounding: half a pixel. */
+const overlapping = (locator) =>
+    locator.evaluateAll((all) => {
+        const boxes = all.map((e) => e.getBoundingClientRect());
+        const meet = (a, b) => a.left + 0.5 < b.right && b.left + 0.5 < a.right && a.top + 0.5 < b.bottom && b.top + 0.5 < a.bottom;
+        return all.flatMap((e, i) => all.slice(0, i).flatMap((o, k) => (meet(boxes[i], boxes[k]) ? [`${e.textContent} and ${o.textContent}`] : [])));
+    });
+
 test('points of a work plane lie in the picture, by what is wanted of them, and as in words', async () => {
     await page.getByRole('button', { name: 'Add work plane' }).press('Enter');
     const plane = page.locator('.sensor');
@@ -94,6 +102,13 @@ test('points of a work plane lie in the picture, by what is wanted of them, and 
     };
     await eventually(agree, async () => `${await points.count()} points, ${await plane.textContent()}`);
     assert.ok((await page.locator('.sensor-points text').count()) > 5, 'with numbers');
+    // Another over the same desks: no number lies on another, and no field on another in the panel.
+    await page.getByRole('button', { name: 'Add work plane' }).press('Enter');
+    await eventually(async () => (await page.locator('.sensor-points > g').count()) === 2, () => 'one sensor shows points');
+    assert.deepEqual(await overlapping(page.locator('.sensor-points text')), []);
+    assert.deepEqual(await overlapping(page.locator('.sensor .fields > *')), []);
+    await page.locator('.sensor').last().getByRole('button', { name: /^Remove/ }).press('Enter');
+    await eventually(async () => (await plane.count()) === 1, () => 'it is still there');
     assert.deepEqual(await violations(page), []);
     const toggle = page.getByRole('button', { name: 'Points' });
     assert.equal(await toggle.getAttribute('aria-pressed'), 'true');

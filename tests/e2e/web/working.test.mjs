@@ -91,6 +91,16 @@ test('a spot is put where the picture was picked, pointed at what is clicked, co
     }
 });
 
+test('the scene is saved as glTF, which lumend opens again', async () => {
+    const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'Download as glTF' }).click()]);
+    assert.equal(download.suggestedFilename(), 'scene.glb');
+    const file = join(FOLDER, 'scene.glb');
+    await download.saveAs(file);
+    assert.equal(readFileSync(file).toString('latin1', 0, 4), 'glTF');
+    const run = spawnSync(process.env.LUMEND, ['render', '--scene', file, '--method', 'whitted', '--size', '60x40', '--out', join(FOLDER, 'scene.png')]);
+    assert.equal(run.status, 0, `${run.stderr}`);
+});
+
 test('the scene is saved as a file that lumend renders', async () => {
     await page.locator('.stage').press('Escape');
     await edit(() => add('Globe'));

@@ -21,6 +21,8 @@ export interface DownloadsHost {
 }
 
 export class Downloads {
+    /** The server writes the scene as a glTF file. */
+    readonly exporting = signal(false);
     /** A report is being made. */
     readonly reporting = signal(false);
     /** What is made of it, in words; '': that is not known. */
@@ -38,6 +40,19 @@ export class Downloads {
             toasts.info('Saved as scene.jsonl: lumend --scene scene.jsonl opens it');
         } catch (error) {
             onError(error as Error);
+        }
+    }
+
+    /** As a glTF file, which the browser fetches beside the page: it may be large, and the browser says how far it is. */
+    async model(): Promise<void> {
+        if (this.exporting.value) return;
+        this.exporting.value = true;
+        try {
+            saveFrom(stringOr((await this.host.call('scene.export', {})).get, ''), 'scene.glb');
+        } catch (error) {
+            this.host.onError(error as Error);
+        } finally {
+            this.exporting.value = false;
         }
     }
 
@@ -88,9 +103,14 @@ export function reportInWords({ stage, done, of }: JsonObject): string {
 const save = (name: string, text: BlobPart, type: string): void => saveAs(name, new Blob([text], { type }));
 
 export function saveAs(name: string, blob: Blob): void {
+    const url = URL.createObjectURL(blob);
+    saveFrom(url, name);
+    setTimeout(() => URL.revokeObjectURL(url), 60_000);
+}
+
+function saveFrom(url: string, name: string): void {
     const link = document.createElement('a');
-    link.href = URL.createObjectURL(blob);
+    link.href = url;
     link.download = name;
     link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }

@@ -7,7 +7,8 @@ import { vec3Or, type SceneRecord } from '../protocol/types';
 import { centreOf, colourOf, isOn, isPlaced, nameOf } from '../state/lights';
 import { markedOf } from '../state/lamps';
 import { anchorOf } from '../state/placement';
-import { apart, judge, pointAt } from '../state/sensors';
+import { apart, judge, pointAt, type SensorReading } from '../state/sensors';
+import type { App } from '../state/app';
 import { isOfLight } from '../state/view';
 import { project } from '../view/camera';
 import { useApp } from './context';
@@ -86,31 +87,46 @@ const NUMBER_ROOM = 34;
 /** Of more the picture would be a table. */
 const MOST_POINTS = 1500;
 
-/** The points of light meters, by what is wanted of them. What they say is in the panel, too. */
+interface Points {
+    record: SceneRecord;
+    reading: SensorReading;
+    places: readonly ({ x: number; y: number } | null)[];
+}
+
+/** The points of light meters, by what is wanted of them. What they say is in the panel, too. Where sensors lie over each other in the picture
+ *  the numbers of all of them are thinned together. */
 function SensorPoints() {
     const app = useApp();
     if (!app.sensors.pointsShown.value) return null;
+    const all = app.scene.list('sensor').value.flatMap((id) => pointsOf(app, id) ?? []);
+    const roomy = apart(all.flatMap((p) => p.places), NUMBER_ROOM, NUMBER_ROOM / 2);
+    let first = 0;
     return (
         <g class="sensor-points" aria-hidden="true">
-            {app.scene.list('sensor').value.map((id) => (
-                <PointsOf key={id} id={id} />
-            ))}
+            {all.map((p) => {
+                const from = first;
+                first += p.places.length;
+                return <PointsOf key={p.record.id} points={p} hasRoom={(i) => roomy.has(from + i)} />;
+            })}
         </g>
     );
 }
 
-function PointsOf({ id }: { id: string }) {
-    const app = useApp();
+function pointsOf(app: App, id: string): Points | null {
     const record = app.scene.record(id);
     const reading = app.sensors.readings.value.get(id);
     if (!record || !reading || reading.values.length === 0 || reading.values.length > MOST_POINTS) return null;
     const [width, height] = app.view.cssSize.value;
-    const current = app.online.value && reading.rev >= app.scene.rev.value;
-    const places = reading.values.map((_, i) => {
-        const at = project(app.view.shownPose.value, app.view.aspect.value, pointAt(record, reading, i));
+    const places = reading.values.map((value, i) => {
+        const at = value === null ? null : project(app.view.shownPose.value, app.view.aspect.value, pointAt(record, reading, i));
         return at && { x: at.x * width, y: at.y * height };
     });
-    const roomy = apart(places, NUMBER_ROOM, NUMBER_ROOM / 2);
+    return { record, reading, places };
+}
+
+function PointsOf({ points: { record, reading, places }, hasRoom }: { points: Points; hasRoom(i: number): boolean }) {
+    const app = useApp();
+    const current = app.online.value && reading.rev >= app.scene.rev.value;
     return (
         <g class={current ? '' : 'is-old'}>
             {reading.values.map((value, i) => {
@@ -120,7 +136,7 @@ function PointsOf({ id }: { id: string }) {
                 return (
                     <g key={i} class={`point is-${verdict}`} transform={`translate(${at.x.toFixed(1)} ${at.y.toFixed(1)})`}>
                         {verdict === 'missed' ? <path d="M-4-4L4 4M-4 4L4-4" /> : <circle r="4" />}
-                        {roomy.has(i) && (
+                        {hasRoom(i) && (
                             <text y="14" text-anchor="middle">
                                 {reading.quantity === 'ugr' ? fixed(value, 1) : number(value < 10 ? Number(value.toPrecision(2)) : Math.round(value))}
                             </text>

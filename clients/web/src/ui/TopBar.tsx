@@ -79,6 +79,13 @@ function SceneTools() {
             <Tool label="Download the scene" onClick={() => void app.downloads.scene()}>
                 <Icon name="save" />
             </Tool>
+            <Tool
+                label="Download as glTF"
+                disabled={!app.mayEdit.value}
+                onClick={() => void app.downloads.model()}
+            >
+                <Icon name="model" />
+            </Tool>
             <span class="gap" />
         </>
     );
