@@ -402,6 +402,11 @@ static void aim_at_environment(const struct lum_snapshot *s, const struct lum_li
             .kind = LUM_TARGET_DIRECTION, .wi = ls.wi, .pdf_sa = ls.pdf_sa, .radiance = ls.radiance};
 }
 
+static bool is_constant(const struct lum_light *l)
+{
+    return !l->env;
+}
+
 static struct lum_irradiance even_irradiance(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n)
 {
     (void)l, (void)p, (void)n;
@@ -532,5 +537,6 @@ const struct lum_emitter_row lum_emitter_environment = {.sample = sample_environ
                                                         .emit_to = emit_environment_to,
                                                         .emit_to_pdf = emit_environment_to_pdf,
                                                         .flux = flux_of_environment,
+                                                        .has_irradiance = is_constant,
                                                         .irradiance = even_irradiance,
                                                         .from_afar = true};

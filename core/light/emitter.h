@@ -35,7 +35,8 @@ struct lum_emitter_row {
                     struct lum_vec3 p, struct lum_vec2 u, struct lum_light_ray *ret_shot, float *ret_pdf_sa);
     float (*emit_to_pdf)(const struct lum_light *l, struct lum_vec3 wi);
     double (*flux)(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi);
-    /* lum_light_irradiance, at one point or at many. Both NULL: there is no closed form */
+    /* lum_light_irradiance, at one point or at many. Both NULL: there is no closed form; has NULL: there always is */
+    bool (*has_irradiance)(const struct lum_light *l);
     struct lum_irradiance (*irradiance)(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n);
     void (*irradiances)(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
                         const struct lum_vec3 *n, struct lum_irradiance *ret);
@@ -68,6 +69,11 @@ static inline bool lum_emitter_in_front(const struct lum_light *l, struct lum_ve
 {
     return lum_dot(lum_v3_sub(p, l->p), l->n) > 0.0f;
 }
+
+/* Meshes of few triangles, as seen from near (mesh.c). False: p is not near, or l is another light. */
+bool lum_mesh_look(const struct lum_light *l, struct lum_vec3 p, struct lum_facets_view *ret_view);
+bool lum_mesh_sample(const struct lum_light *l, struct lum_vec3 p, const struct lum_facets_view *view,
+                     struct lum_vec2 u, struct lum_light_sample *ret_sample);
 
 /* Radiance per unit of power from a lamp's opening to where wi (unit) points to it from (opening.c). */
 float lum_opening_radiance(const struct lum_light *l, struct lum_vec3 wi);

@@ -1,6 +1,6 @@
 /* But for lum_quad_far all is in double: the integrals are small differences of angles when the
- * light is small. The error is about 2^-52 absolute, so that a light of 10^-8 sr is still right to 10^-7; smaller ones
- * are taken as points, whose relative error is their solid angle. */
+ * light is small. The error is about 2^-52 absolute, so that a light of 10^-8 sr is still right to 10^-7; smaller ones,
+ * but for meshes, are taken as points, whose relative error is their solid angle. */
 #include "core/light/emitter.h"
 
 #include "core/math/angle.h"
@@ -58,35 +58,39 @@ static void add_edge(struct lum_vec3d a, struct lum_vec3d b, struct lum_vec3d *i
         *inout_e = mad(*inout_e, c, 0.5 * lum_angle(s, dot(a, b)) / s);
 }
 
-/* corner: relative to the point, clockwise as seen from where the light goes. */
-static struct lum_vec3d polygon_vector(const struct lum_vec3d *corner, int n_corners, struct lum_vec3d n)
+void lum_outline_add(struct lum_outline *o, struct lum_vec3d a, struct lum_vec3d b)
 {
-    struct lum_vec3d e = {0, 0, 0}, out = {0, 0, 0}, in = {0, 0, 0};
-    int crossings = 0;
-    for (int i = 0; i < n_corners; i++) {
-        struct lum_vec3d a = corner[i], b = corner[(i + 1) % n_corners];
-        double ha = dot(a, n), hb = dot(b, n);
-        if (ha <= 0.0 && hb <= 0.0)
-            continue;
-        if (ha < 0.0 || hb < 0.0) {
-            struct lum_vec3d at_horizon = mad(a, (struct lum_vec3d){b.x - a.x, b.y - a.y, b.z - a.z}, ha / (ha - hb));
-            if (ha < 0.0)
-                a = in = at_horizon;
-            else
-                b = out = at_horizon;
-            crossings++;
-        } else if (ha == 0.0) {
-            in = a;
-            crossings++;
-        } else if (hb == 0.0) {
-            out = b;
-            crossings++;
-        }
-        add_edge(a, b, &e);
+    double ha = dot(a, o->n), hb = dot(b, o->n);
+    if (ha <= 0.0 && hb <= 0.0)
+        return;
+    if (ha < 0.0 || hb < 0.0) {
+        struct lum_vec3d at_horizon = mad(a, (struct lum_vec3d){b.x - a.x, b.y - a.y, b.z - a.z}, ha / (ha - hb));
+        if (ha < 0.0)
+            a = o->in = at_horizon;
+        else
+            b = o->out = at_horizon;
+        o->crossings++;
+    } else if (ha == 0.0) {
+        o->in = a;
+        o->crossings++;
+    } else if (hb == 0.0) {
+        o->out = b;
+        o->crossings++;
     }
-    if (crossings == 2)
-        add_edge(out, in, &e);
-    return e;
+    add_edge(a, b, &o->e);
+}
+
+void lum_outline_close(struct lum_outline *o)
+{
+    if (o->crossings == 2)
+        add_edge(o->out, o->in, &o->e);
+    o->crossings = 0;
+}
+
+struct lum_irradiance lum_outline_irradiance(struct lum_outline *o)
+{
+    lum_outline_close(o);
+    return from_vector(o->e, o->n);
 }
 
 /* Radon's seven points on the square (1948), exact to degree 5; an eighth without weight fills the lanes. */
@@ -134,7 +138,10 @@ static struct lum_irradiance quad(const struct lum_light *l, struct lum_vec3d p,
         mad(mad(d, u, turn), v, 1.0),
         mad(mad(d, u, turn), v, -1.0),
     };
-    return from_vector(polygon_vector(corner, 4, n), n);
+    struct lum_outline outline = {.n = n};
+    for (int k = 0; k < 4; k++)
+        lum_outline_add(&outline, corner[k], corner[(k + 1) % 4]);
+    return lum_outline_irradiance(&outline);
 }
 
 /* Points that are looked at together, one a lane. */
@@ -350,7 +357,7 @@ void lum_quad_irradiances(const struct lum_light *l, uint32_t n_points, const st
 bool lum_light_has_irradiance(const struct lum_light *l)
 {
     const struct lum_emitter_row *row = lum_emitters[l->kind];
-    return (row->irradiance || row->irradiances) && !l->env;
+    return (row->irradiance || row->irradiances) && (!row->has_irradiance || row->has_irradiance(l));
 }
 
 void lum_light_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,

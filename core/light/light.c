@@ -1,6 +1,7 @@
 #include "core/light/light.h"
 
 #include "core/light/emitter.h"
+#include "core/light/facets.h"
 #include "core/math/cdf.h"
 #include "core/scene/snapshot.h"
 
@@ -43,7 +44,9 @@ bool lum_emitter_area_sample(const struct lum_light *l, struct lum_vec3 p, struc
     float distance = lum_length(d);
     struct lum_vec3 wi = lum_v3_mul(d, 1.0f / distance);
     float cos_light = -lum_dot(wi, n);
-    if (l->both_sides)
+    bool hides =
+        l->both_sides && cos_light < 0.0f && l->facets && lum_facets_hide_backs(l->facets, lum_v3_sub(p, l->facets_at));
+    if (l->both_sides && !hides)
         cos_light = fabsf(cos_light);
     float pdf = lum_emitter_area_pdf(distance, cos_light, l->area);
     if (!(pdf > 0.0f))
@@ -71,10 +74,19 @@ bool lum_light_sample_place(const struct lum_light *l, struct lum_vec3 p, const 
     return !lum_rgb_black(ret->radiance);
 }
 
+bool lum_light_sample_near(const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u,
+                           struct lum_light_sample *ret)
+{
+    struct lum_facets_view view;
+    return lum_mesh_look(l, p, &view) && lum_mesh_sample(l, p, &view, u, ret);
+}
+
 static bool sample_by_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p,
                             struct lum_vec2 u, struct lum_light_sample *ret)
 {
     struct lum_light_place place;
+    if (lum_light_sample_near(l, p, u, ret))
+        return true;
     return lum_light_place(s, l, u, &place) && lum_light_sample_place(l, p, &place, ret);
 }
 
@@ -111,6 +123,10 @@ static void aim_at_place(const struct lum_snapshot *s, const struct lum_light *l
         return;
     *inout = lum_emitter_target(l, at.p, at.n);
     inout->both_sides = l->both_sides;
+    if (l->facets) {
+        inout->near2 = l->facets->near2;
+        inout->centre = lum_v3_add(l->facets_at, l->facets->centre);
+    }
     inout->radiance = lum_rgb_mul(l->power, at.per_power);
 }
 
@@ -167,5 +183,6 @@ bool lum_light_same_shape(const struct lum_light *a, const struct lum_light *b)
            a->omc_inner == b->omc_inner && a->omc_outer == b->omc_outer && a->instance == b->instance &&
            a->shape == b->shape && a->web_hash == b->web_hash && a->env_hash == b->env_hash &&
            (!(a->web_hash || a->env_hash) || same_frame(&a->frame, &b->frame)) &&
-           a->camera_visible == b->camera_visible && a->both_sides == b->both_sides;
+           a->camera_visible == b->camera_visible && a->both_sides == b->both_sides &&
+           !a->facets == !b->facets; /* their address may be gone */
 }

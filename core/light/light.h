@@ -12,6 +12,7 @@ struct lum_snapshot;
 struct lum_env_map; /* luminance distribution of an environment (light/environment.c) */
 struct lum_web;     /* intensity by direction (light/web.h) */
 struct lum_light_tree;
+struct lum_facets;
 
 /* What lights are at render time; what tells them apart is a row (emitter.h). */
 #define LUM_EMITTERS(X)                                                                                                \
@@ -43,20 +44,23 @@ struct lum_light {
         power;         /* cd * scale^2 (point, opening), lx (directional), cd/m2 (area, mesh, far disc, environment) */
     struct lum_vec3 p; /* centre */
     struct lum_vec3 n; /* unit: where light goes (spot, ies, directional, quad, disc) */
-    struct lum_vec3 u, v;          /* quad, opening: half edges */
-    float radius, area;            /* scene units */
-    float omc_inner, omc_outer;    /* spot: 1 - cos of the half angles, which stays exact for narrow cones */
-    struct lum_frame frame;        /* environment: t, b, n are the images of the picture's +X, +Y, +Z (environment.h).
-                                    * web: of its directions, left-handed (web.h) */
-    const struct lum_env_map *env; /* environment image or sky, or NULL: constant */
-    uint64_t env_hash;             /* of a sky, for a copy of the light that outlives it; 0: none, or an image */
-    const struct lum_web *web;     /* ies; else NULL */
-    uint64_t web_hash;             /* of it, for a copy of the light that outlives it */
-    uint32_t instance;             /* mesh emitter: its instance */
-    const float *tri_cdf;          /* mesh emitter: n_triangles inclusive prefix sums of area, last = area */
-    float mean_emission;           /* mesh: mean luminance over its area of what texture and holes leave of power */
-    bool both_sides; /* mesh emitter: shines from both; else from the side that its triangles wind around */
-    uint32_t shape;  /* index among the accel shapes, or LUM_NO_OBJECT */
+    struct lum_vec3 u, v;            /* quad, opening: half edges */
+    float radius, area;              /* scene units */
+    float omc_inner, omc_outer;      /* spot: 1 - cos of the half angles, which stays exact for narrow cones */
+    struct lum_frame frame;          /* environment: t, b, n are the images of the picture's +X, +Y, +Z (environment.h).
+                                      * web: of its directions, left-handed (web.h) */
+    const struct lum_env_map *env;   /* environment image or sky, or NULL: constant */
+    uint64_t env_hash;               /* of a sky, for a copy of the light that outlives it; 0: none, or an image */
+    const struct lum_web *web;       /* ies; else NULL */
+    uint64_t web_hash;               /* of it, for a copy of the light that outlives it */
+    uint32_t instance;               /* mesh emitter: its instance */
+    const float *tri_cdf;            /* mesh emitter: n_triangles inclusive prefix sums of area, last = area */
+    const struct lum_facets *facets; /* mesh emitter of few triangles, without texture or holes: relative to facets_at
+                                      * (facets.h); else NULL */
+    struct lum_vec3 facets_at;
+    float mean_emission; /* mesh: mean luminance over its area of what texture and holes leave of power */
+    bool both_sides;     /* mesh emitter: shines from both; else from the side that its triangles wind around */
+    uint32_t shape;      /* index among the accel shapes, or LUM_NO_OBJECT */
     bool on, camera_visible;
     bool delta; /* point, directional: cannot be hit */
     char id[LUM_ID_MAX + 1], group[LUM_ID_MAX + 1];

@@ -1,5 +1,6 @@
 /* Meshes that shine. */
 #include "core/light/emitter.h"
+#include "core/light/facets.h"
 
 #include "core/math/cdf.h"
 #include "core/math/warp.h"
@@ -54,11 +55,41 @@ static bool mesh_place(const struct lum_snapshot *s, const struct lum_light *l, 
     return true;
 }
 
+bool lum_mesh_look(const struct lum_light *l, struct lum_vec3 p, struct lum_facets_view *ret)
+{
+    return l->facets && lum_facets_look(l->facets, l->both_sides, lum_v3_sub(p, l->facets_at), ret);
+}
+
+bool lum_mesh_sample(const struct lum_light *l, struct lum_vec3 p, const struct lum_facets_view *view,
+                     struct lum_vec2 u, struct lum_light_sample *ret)
+{
+    struct lum_vec3 d = lum_facets_sample(l->facets, view, lum_v3_sub(p, l->facets_at), u);
+    *ret = (struct lum_light_sample){lum_normalize(d), lum_length(d), l->power, (float)(1.0 / view->solid_angle)};
+    return true;
+}
+
+static float even_pdf_of_mesh(const struct lum_light *l, struct lum_vec3 p)
+{
+    struct lum_facets_view view;
+    return lum_mesh_look(l, p, &view) ? (float)(1.0 / view.solid_angle) : 0.0f;
+}
+
 static float pdf_of_mesh(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, float distance,
                          float cos_light)
 {
-    (void)p, (void)wi;
-    return lum_emitter_area_pdf(distance, cos_light, l->area);
+    float even = even_pdf_of_mesh(l, p);
+    (void)wi;
+    return even > 0.0f ? even : lum_emitter_area_pdf(distance, cos_light, l->area);
+}
+
+static bool has_irradiance(const struct lum_light *l)
+{
+    return l->facets && l->facets->outlined;
+}
+
+static struct lum_irradiance irradiance_of_mesh(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n)
+{
+    return lum_facets_irradiance(l->facets, l->both_sides, lum_v3_sub(p, l->facets_at), n);
 }
 
 static bool emit_mesh(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
@@ -86,5 +117,10 @@ static double flux_of_mesh(const struct lum_light *l, struct lum_vec3 bounds_lo,
     return lum_mesh_light_flux(l, (double)l->area);
 }
 
-const struct lum_emitter_row lum_emitter_mesh = {
-    .pdf = pdf_of_mesh, .place = mesh_place, .emit = emit_mesh, .flux = flux_of_mesh};
+const struct lum_emitter_row lum_emitter_mesh = {.pdf = pdf_of_mesh,
+                                                 .even_pdf = even_pdf_of_mesh,
+                                                 .place = mesh_place,
+                                                 .emit = emit_mesh,
+                                                 .flux = flux_of_mesh,
+                                                 .has_irradiance = has_irradiance,
+                                                 .irradiance = irradiance_of_mesh};

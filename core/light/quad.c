@@ -96,6 +96,9 @@ void lum_light_look(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p,
     ret->index = i;
     ret->p = p;
     ret->kind = LUM_VIEW_OTHER;
+    /* Where there is a closed form samples tell what is hidden, and may weigh as they do. */
+    if (l->facets && !lum_light_has_irradiance(l) && lum_mesh_look(l, p, &ret->facets))
+        ret->kind = LUM_VIEW_FACETS;
     if (l->kind != LUM_EMIT_QUAD)
         return;
     if (is_far_quad(l, p))
@@ -116,6 +119,8 @@ bool lum_light_view_sample(const struct lum_light_view *v, struct lum_vec2 u, st
         return sample_quad_area(l, v->p, u, ret_sample);
     case LUM_VIEW_ANGLE:
         return sample_rect(l, &v->rect, u, ret_sample);
+    case LUM_VIEW_FACETS:
+        return lum_mesh_sample(l, v->p, &v->facets, u, ret_sample);
     case LUM_VIEW_OTHER:
         return lum_light_sample_at(v->snapshot, v->index, v->p, u, ret_sample);
     }

@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "core/light/facets.h"
 #include "core/light/rect.h"
 #include "core/math/rgb.h"
 #include "core/math/vec.h"
@@ -21,8 +22,9 @@ struct lum_light_sample {
 };
 /* Samples light i as seen from p. False when it cannot reach p (behind, inside a sphere, zero area, outside the cone).
  * Quads are sampled over the spherical rectangle (Urena 2013; by area below 1e-3 sr and when u and v are not at right
- * angles), spheres over the cone, discs and meshes over area (meshes emit nothing where they are see-through), images
- * over luminance, a constant environment over the sphere. Thread: any. */
+ * angles), spheres over the cone, discs and meshes over area (meshes emit nothing where they are see-through), those of
+ * few triangles over solid angle where that is large (facets.h), images over luminance, a constant environment over the
+ * sphere. Thread: any. */
 bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
                          struct lum_light_sample *ret_sample);
 
@@ -48,12 +50,16 @@ struct lum_light_view {
     uint32_t index;
     struct lum_vec3 p;
     enum lum_light_view_kind {
-        LUM_VIEW_NONE,  /* nothing of the light reaches p */
-        LUM_VIEW_AREA,  /* a quad, by area */
-        LUM_VIEW_ANGLE, /* a quad, by solid angle: rect is set */
+        LUM_VIEW_NONE,   /* nothing of the light reaches p */
+        LUM_VIEW_AREA,   /* a quad, by area */
+        LUM_VIEW_ANGLE,  /* a quad, by solid angle: rect is set */
+        LUM_VIEW_FACETS, /* a mesh of few triangles, by solid angle: facets is set */
         LUM_VIEW_OTHER,
     } kind;
-    struct lum_rect_view rect;
+    union {
+        struct lum_rect_view rect;
+        struct lum_facets_view facets;
+    };
 };
 void lum_light_look(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_light_view *ret_view);
 bool lum_light_view_sample(const struct lum_light_view *view, struct lum_vec2 u, struct lum_light_sample *ret_sample);
@@ -86,18 +92,19 @@ enum lum_target_kind {
 };
 struct lum_light_target {
     enum lum_target_kind kind;
-    struct lum_vec3 p, n; /* POINT: where it lies, QUAD: its centre, and the unit normal there */
-    struct lum_vec3 u, v; /* QUAD: half edges */
-    bool both_sides;      /* POINT: it shines from */
-    float area;           /* POINT, QUAD */
-    float near2;          /* QUAD: what lies within sqrt(near2) of its centre has lum_light_sample_at */
-    struct lum_vec3 wi;   /* DIRECTION */
+    struct lum_vec3 p, n;   /* POINT: where it lies, QUAD: its centre, and the unit normal there */
+    struct lum_vec3 u, v;   /* QUAD: half edges */
+    bool both_sides;        /* POINT: it shines from */
+    float area;             /* POINT, QUAD */
+    float near2;            /* POINT, QUAD: what lies within sqrt(near2) of its centre has lum_light_sample_at */
+    struct lum_vec3 centre; /* POINT: of the light, if near2 is above 0 */
+    struct lum_vec3 wi;     /* DIRECTION */
     float pdf_sa;
     struct lum_rgb radiance; /* POINT, QUAD, DIRECTION */
 };
 void lum_light_aim(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u, struct lum_light_target *ret_target);
 
-/* A place on a disc or a mesh, whose samples lie evenly over the area: the same from wherever it is seen. */
+/* A place on a disc or a mesh, of samples that lie evenly over the area: the same from wherever it is seen. */
 struct lum_light_place {
     struct lum_vec3 p, n;     /* n: unit, of a mesh by winding, or towards its one shining side; 0: nothing shines */
     struct lum_rgb per_power; /* radiance per unit of power: the emission texture */
@@ -105,7 +112,10 @@ struct lum_light_place {
 /* False: of other kinds of light, and in see-through places of a mesh. */
 bool lum_light_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
                      struct lum_light_place *ret_place);
-/* lum_light_sample_at of the u that led to this place. */
+/* lum_light_sample_at of the u that led to this place, but for those who are near a mesh of few triangles (facets.h):
+ * they have lum_light_sample_near. False: they are not. */
+bool lum_light_sample_near(const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u,
+                           struct lum_light_sample *ret_sample);
 bool lum_light_sample_place(const struct lum_light *l, struct lum_vec3 p, const struct lum_light_place *place,
                             struct lum_light_sample *ret_sample);
 

@@ -85,6 +85,7 @@ enum lum_status lum_view_rough(struct lum_view *v, const struct lum_pass *frame,
     if (status == LUM_OK)
         status = lum_deferred_see(&v->deferred, &pass, runner, err);
     if (status == LUM_OK) {
+        v->rough->early = v->rough->deferred.records.cache != NULL;
         coarse = made_pass(v->rough, frame, frame->snapshot, &settings);
         status = lum_eye_init(&coarse.eye, &settings.camera, &frame->snapshot->norm, settings.w, settings.h, err);
     }
@@ -109,7 +110,13 @@ enum lum_status lum_view_prepare(struct lum_view *view, const struct lum_snapsho
         view->deferred.motion_mask.snapshot != snapshot)
         return LUM_OK;
     struct lum_view_settings rough = rough_settings(settings);
-    if (has_coarse(view, snapshot, &rough))
+    bool early = view->rough && view->rough->early;
+    if (has_coarse(view, snapshot, &rough) && !early)
         return LUM_OK;
-    return run_coarse(view, snapshot, settings->preview, &rough, cancel, ret_stats, err);
+    if (early)
+        lum_view_forget(view->rough);
+    enum lum_status status = run_coarse(view, snapshot, settings->preview, &rough, cancel, ret_stats, err);
+    if (status == LUM_OK)
+        view->rough->early = false;
+    return status;
 }

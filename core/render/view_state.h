@@ -21,6 +21,7 @@ struct lum_view {
     struct lum_deferred deferred;
     struct lum_refinement refinement; /* methods that refine */
     uint32_t block;             /* of a rough view: pixels a side that each of its own stands for; 0: it is none */
+    bool early;                 /* of a rough view: its pass lacks the records that the whole picture made after it */
     bool whole;                 /* the film shows a whole frame of what deferred was last asked for */
     struct lum_rough_base base; /* of rough pictures */
     struct lum_view *rough; /* all but progressive methods: the same at a part of the resolution, for rough passes */

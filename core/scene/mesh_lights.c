@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/light/emitter.h"
+#include "core/light/facets.h"
 #include "core/math/sampler.h"
 
 /* Inclusive prefix sums of triangle areas in scene space, for one mesh under one linear map. */
@@ -16,6 +17,7 @@ struct lum_area_cdf {
     struct lum_light_reach reach; /* of the mesh, relative to the map's translation, around the centre of its area,
                                    * which is its intensity */
     float *sums;
+    struct lum_facets *facets; /* without the translation; NULL: there are too many */
 };
 
 struct build {
@@ -43,6 +45,7 @@ static void area_cdf_unref(struct lum_area_cdf *cdf)
         return;
     lum_mesh_unref(cdf->mesh);
     lum_free(cdf->sums);
+    lum_free(cdf->facets);
     lum_free(cdf);
 }
 
@@ -85,16 +88,31 @@ static struct lum_light_reach reach_of_mesh(const struct lum_instance *instance,
     return r;
 }
 
+static void find_facets(const struct lum_instance *instance, struct lum_facets *ret)
+{
+    struct lum_vec3 p[LUM_FACETS_MAX][3], along;
+    uint32_t n = instance->mesh->n_triangles;
+    for (uint32_t i = 0; i < n; i++)
+        triangle_of(instance, i, p[i], &along);
+    lum_facets_init(ret, n, (const struct lum_vec3(*)[3])p, lum_affine_mirrors(&instance->local_to_scene));
+}
+
 static struct lum_area_cdf *area_cdf_create(const struct lum_instance *instance)
 {
     uint32_t n = instance->mesh->n_triangles;
+    bool few = n > 0 && n <= LUM_FACETS_MAX;
     struct lum_area_cdf *cdf = lum_calloc(1, sizeof *cdf);
+    struct lum_facets *facets = few ? lum_calloc(1, sizeof *facets) : NULL;
     float *sums = lum_calloc(n, sizeof *sums);
-    if (!cdf || !sums) {
+    if (!cdf || !sums || (few && !facets)) {
         lum_free(cdf);
         lum_free(sums);
+        lum_free(facets);
         return NULL;
     }
+    if (few)
+        find_facets(instance, facets);
+    cdf->facets = facets;
     lum_refs_init(&cdf->refs);
     cdf->mesh = lum_mesh_ref((struct lum_mesh *)instance->mesh);
     for (int i = 0; i < 3; i++)
@@ -232,6 +250,8 @@ static void place_mesh_light(struct build *b, struct lum_light *l, uint32_t inde
     l->shape = LUM_NO_OBJECT;
     l->tri_cdf = cdf->sums;
     l->area = (float)cdf->total;
+    l->facets_at =
+        lum_v3(instance->local_to_scene.m[0][3], instance->local_to_scene.m[1][3], instance->local_to_scene.m[2][3]);
     l->both_sides = !b->in->materials->items[instance->material].front_emission;
     l->on = !o->shine.off;
     l->camera_visible = true;
@@ -265,6 +285,20 @@ static bool is_emissive(const struct lum_light_input *in, const struct lum_insta
     return (!lum_rgb_black(m->emission) || o->shine.unit != LUM_SHINE_AS_MATERIAL) && !m->unlit;
 }
 
+/* What is no lamp but the room: its closed form has no angle that all coats and fuzz take it from. Of the scene. */
+#define ROOM_SHARE 0.25f
+
+/* An even light, of which nothing else is seen than what faces a point: the far side of panes is. */
+static bool has_facets(const struct lum_light_input *in, const struct lum_light *l, const struct lum_material *m,
+                       const struct lum_facets *facets)
+{
+    if (!facets || m->emission_tex.image || lum_material_has_holes(m) || lum_material_is_pane(m))
+        return false;
+    struct lum_vec3 across = lum_v3_sub(in->bounds->hi, in->bounds->lo);
+    bool room = facets->near2 > 4.0f * ROOM_SHARE * ROOM_SHARE * lum_dot(across, across); /* near2: 16 radii squared */
+    return !(l->both_sides && facets->closed && room);
+}
+
 uint32_t lum_mesh_lights_count(const struct lum_light_input *in)
 {
     uint32_t n = 0;
@@ -290,7 +324,9 @@ enum lum_status lum_mesh_lights_add(const struct lum_light_input *in, struct lum
         part->surfaces[part->n].cdf = cdf;
         struct lum_light *l = &part->items[part->n];
         place_mesh_light(&b, l, i, cdf);
-        l->mean_emission = mean_emission(&b, l, &in->materials->items[instance->material], known ? &known->mean : NULL);
+        const struct lum_material *m = &in->materials->items[instance->material];
+        l->facets = has_facets(in, l, m, cdf->facets) ? cdf->facets : NULL;
+        l->mean_emission = mean_emission(&b, l, m, known ? &known->mean : NULL);
         l->power = mesh_light_power(l, object_of(in, instance), in->norm);
         instance->light = part->n++;
     }

@@ -166,7 +166,9 @@ static void through_by_shots(const struct rig *r, const struct lum_portals *port
     struct lum_vec2 u_position = random_pair(random), u_direction = random_pair(random);
     struct lum_light_ray shot;
     double flux = 0.0;
-    if (lum_light_emit(r->snapshot, 0, portals, u_position, u_direction, &shot)) {
+    /* a mesh, which is closed here, shines into itself, too: that ends there */
+    bool inwards = r->snapshot->lights.lights[0].kind == LUM_EMIT_MESH && u_direction.x >= 0.5f;
+    if (lum_light_emit(r->snapshot, 0, portals, u_position, u_direction, &shot) && !inwards) {
         float down = -lum_dot(shot.d, t->n), above = lum_dot(lum_v3_sub(shot.o, t->centre), t->n);
         struct lum_vec3 x = lum_v3_mad(shot.o, shot.d, above / down);
         if (down > 0.0f && above > 0.0f && lum_length(lum_v3_sub(x, t->centre)) < t->radius)

@@ -417,9 +417,12 @@ static void views_see_what_samples_see(void **state)
     for (int i = 0; i < 10000; i++) {
         struct lum_light l = light_with_area(&m, i);
         l.frame = lum_frame_from_normal(lum_v3(0, 0, 1));
+        if (l.kind == LUM_EMIT_MESH && i % 2)
+            l.facets = &m.facets;
         m.snapshot.lights.lights = &l;
-        struct lum_vec3 p = lum_v3_mad(l.p, direction(2.0 * rng_unit(&r) - 1.0, 6.3 * rng_unit(&r)),
-                                       (float)pow(10.0, 1.5 * rng_unit(&r) - 0.5));
+        struct lum_vec3 p =
+            lum_v3_mad(l.facets ? l.facets_at : l.p, direction(2.0 * rng_unit(&r) - 1.0, 6.3 * rng_unit(&r)),
+                       (float)pow(10.0, 1.5 * rng_unit(&r) - 0.5));
         struct lum_vec2 u = {(float)rng_unit(&r), (float)rng_unit(&r)};
         struct lum_light_view view;
         struct lum_light_sample a, b;

@@ -76,6 +76,12 @@ void mesh_light_init(struct mesh_light *m)
     for (uint32_t t = 0; t < 3; t++)
         m->tri_cdf[t] = m->light.area += t == 1 ? 0.0f : 0.5f * lum_length(mesh_normal(m, t));
     m->light.tri_cdf = m->tri_cdf;
+    struct lum_vec3 corner[3][3];
+    m->light.facets_at = lum_v3(1, 0, 3);
+    for (uint32_t t = 0; t < 3; t++)
+        for (uint32_t k = 0; k < 3; k++)
+            corner[t][k] = lum_v3_sub(mesh_vertex(m, t, k), m->light.facets_at);
+    lum_facets_init(&m->facets, 3, (const struct lum_vec3(*)[3])corner, false);
     m->snapshot = snapshot_of(&m->light);
     m->snapshot.instances = &m->instance, m->snapshot.n_instances = 1;
     m->snapshot.materials = &m->material, m->snapshot.n_materials = 1;

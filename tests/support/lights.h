@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "core/light/facets.h"
 #include "core/light/light.h"
 #include "core/scene/snapshot.h"
 
@@ -29,6 +30,7 @@ struct mesh_light {
     struct lum_instance instance;
     struct lum_material material;
     struct lum_light light;
+    struct lum_facets facets; /* of the light, if light.facets is set to them */
     struct lum_snapshot snapshot;
 };
 

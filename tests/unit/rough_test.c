@@ -295,7 +295,9 @@ static void make_whole(struct rig *r, uint32_t side)
     assert_int_equal(stats.rays[LUM_RAY_PRIMARY], 0);
     r->settings.preview = side;
     RIG_OK(lum_view_prepare(r->view, r->snapshot, &r->settings, NULL, &stats, &err));
-    assert_int_equal(stats.rays[LUM_RAY_PRIMARY] > 0, side != 8);
+    assert_true(stats.rays[LUM_RAY_PRIMARY] > 0); /* by all records of the whole picture, of which the first had few */
+    RIG_OK(lum_view_prepare(r->view, r->snapshot, &r->settings, NULL, &stats, &err));
+    assert_int_equal(stats.rays[LUM_RAY_PRIMARY], 0);
 }
 
 static double difference(const struct rig *r, const struct lum_rgb *from)

@@ -86,7 +86,8 @@ static void one_by_one_is_the_same(void **state)
     assert_memory_equal(&unserved, &unserved_alone, sizeof unserved);
     uint32_t n_lit = 0;
     for (uint32_t i = 0; i < LUM_TILE_PIXELS; i++) {
-        assert_true((e[i].b > 0.0f) == !lum_pixel_mask_has(&unserved, i)); /* all records have some blue */
+        /* all records have some blue; one counts further out than it serves */
+        assert_true(e[i].b > 0.0f || lum_pixel_mask_has(&unserved, i));
         n_lit += e[i].b > 0.0f;
     }
     assert_true(n_lit > 0 && n_lit < LUM_TILE_PIXELS);

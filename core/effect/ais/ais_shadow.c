@@ -96,8 +96,9 @@ static void aim_at_point(struct fan *f, const struct lum_light_target *t)
         struct lum_vec3 d = {t->p.x - f->px[k], t->p.y - f->py[k], t->p.z - f->pz[k]};
         float front = d.x * t->n.x + d.y * t->n.y + d.z * t->n.z;
         float turn = t->both_sides & (front > 0.0f) ? -1.0f : 1.0f;
+        struct lum_vec3 c = {t->centre.x - f->px[k], t->centre.y - f->py[k], t->centre.z - f->pz[k]};
         put_sample(f, k, d, lum_v3_mul(t->n, turn), t->area);
-        f->near[k] = 0.0f;
+        f->near[k] = t->near2 - lum_dot(c, c);
     }
 }
 

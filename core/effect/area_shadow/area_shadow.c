@@ -42,12 +42,13 @@ static struct lum_vec2 point_of(const struct lum_area_view *v, uint32_t k)
     return lum_area_scramble(point, v->scramble, v->scramble >> 12);
 }
 
-/* Places on discs and meshes are the same for all who look: they are found once, and each pixel takes one of a stratum.
- * Finding one on a textured mesh for every pixel took a sixteenth of a first frame of sibenik. */
+/* Places on discs and meshes are the same for all who look, but those who are near one without a closed form: they are found
+ * once, and each pixel takes one of a stratum. Finding one on a textured mesh for every pixel took a sixteenth of a
+ * first frame of sibenik. */
 static bool sample(const struct lum_area_view *v, uint32_t k, struct lum_light_sample *ret_sample)
 {
     const struct lum_area_visibility *area = &v->layer->area;
-    if (!area->place)
+    if (!area->place || v->light.kind == LUM_VIEW_FACETS)
         return lum_light_view_sample(&v->light, point_of(v, k), ret_sample);
     return lum_light_sample_place(&v->pass->layers->unit.lights.lights[v->layer->index], v->pass->surfaces->p[v->pixel],
                                   &area->place[k * LUM_AREA_STRATUM_POINTS + v->scramble % LUM_AREA_STRATUM_POINTS],
@@ -59,7 +60,7 @@ void lum_area_weights(const struct lum_area_view *v, uint32_t asked, float ret_w
     struct lum_vec3 n = v->pass->surfaces->n[v->pixel];
     struct lum_vec2 point[LUM_AREA_POINTS];
     struct lum_light_sample ls;
-    if (!v->layer->area.place) {
+    if (!v->layer->area.place || v->light.kind == LUM_VIEW_FACETS) {
         for (uint32_t k = 0; k < LUM_AREA_POINTS; k++)
             point[k] = point_of(v, k);
         lum_light_view_weights(&v->light, n, point, asked, ret_weight);

@@ -229,9 +229,12 @@ void lum_direct_light(const struct lum_direct *job)
     struct behind behind[LUM_RAY_BATCH], *kept = job->visibility && job->left ? behind : NULL;
     if (job->vertices->n == 0)
         return;
-    bool delta = job->snapshot->lights.lights[job->light].delta;
+    const struct lum_light *light = &job->snapshot->lights.lights[job->light];
+    bool delta = light->delta;
     uint32_t n_samples = delta || is_hard(job) ? 1 : job->n_samples;
-    if (job->by_share && !delta && !job->media && lum_light_has_irradiance(&job->snapshot->lights.lights[job->light])) {
+    /* A sample of a mesh may lie on its far side, and say nothing of what is seen. */
+    bool by_share = job->by_share && !delta && !job->media && light->kind != LUM_EMIT_MESH;
+    if (by_share && lum_light_has_irradiance(light)) {
         light_by_share(job, n_samples);
         return;
     }

@@ -208,8 +208,9 @@ struct shot {
 static bool aim(const struct tile_job *t, const struct shot *shot, struct lum_vec3 p, struct lum_light_sample *ret)
 {
     const struct lum_snapshot *s = t->pass->snapshot;
+    const struct lum_light *l = &s->lights.lights[shot->light];
     if (shot->placed)
-        return lum_light_sample_place(&s->lights.lights[shot->light], p, &shot->place, ret);
+        return lum_light_sample_near(l, p, shot->u, ret) || lum_light_sample_place(l, p, &shot->place, ret);
     return lum_light_sample_at(s, shot->light, p, shot->u, ret);
 }
 
