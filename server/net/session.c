@@ -1,5 +1,6 @@
 #include "server/net/session.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -229,18 +230,6 @@ static void wake_director(struct lum_session *s, struct lum_stream *stream)
         (void)lum_session_post(s, &lum_request_wake);
 }
 
-/* A number that makes no sense is no reason to lose the acknowledgement, which is not repeated. */
-static double read_held_ms(struct lum_json_reader *r)
-{
-    double held_ms = 0.0;
-    const cJSON *m = lum_json_member(r, "held_ms");
-    if (m && cJSON_IsNumber(m))
-        return m->valuedouble < 0.0 ? 0.0 : m->valuedouble < LUM_LIMIT_HELD_MS ? m->valuedouble : LUM_LIMIT_HELD_MS;
-    if (m)
-        lum_json_number(r, "held_ms", 0.0, LUM_LIMIT_HELD_MS, &held_ms); /* refuses it */
-    return held_ms;
-}
-
 static bool read_ack(const struct lum_rpc *rpc, uint32_t *ret_view_id, uint64_t *ret_frame_seq, int64_t *ret_held_ns,
                      struct lum_proto_error *err)
 {
@@ -252,7 +241,11 @@ static bool read_ack(const struct lum_rpc *rpc, uint32_t *ret_view_id, uint64_t 
     if (lum_json_require(&r, "view_id") && lum_json_require(&r, "frame_seq")) {
         lum_json_u32(&r, "view_id", 0, UINT32_MAX, &view_id);
         lum_json_u64(&r, "frame_seq", &frame_seq);
-        held_ms = read_held_ms(&r);
+        const cJSON *held = lum_json_member(&r, "held_ms");
+        if (held && cJSON_IsNumber(held)) /* one out of range loses no acknowledgement: none is repeated */
+            held_ms = fmin(fmax(held->valuedouble, 0.0), LUM_LIMIT_HELD_MS);
+        else if (held)
+            lum_json_number(&r, "held_ms", 0.0, LUM_LIMIT_HELD_MS, &held_ms); /* refuses it */
     }
     if (!lum_json_end(&r))
         return false;
