@@ -33,6 +33,7 @@
 #include "server/net/net.h"
 #include "server/net/projects.h"
 #include "server/net/tls.h"
+#include "server/stream/webp.h"
 
 static void help_serve(const struct lum_help *h)
 {
@@ -66,9 +67,9 @@ static void help_serve(const struct lum_help *h)
 static int version(void)
 {
     const char *tls = lum_tls_library();
-    printf("lumend %s (protocol 1)\n%s\n%s\n%s\n%s%s\ncJSON %s\ncompiler %s\n", LUMEND_VERSION, lum_accel_library(),
-           lum_exr_library(), lum_net_library(), tls ? "OpenSSL " : "without TLS", tls ? tls : "", cJSON_Version(),
-           __VERSION__);
+    printf("lumend %s (protocol 1)\n%s\n%s\n%s\n%s%s\n%s WebP\ncJSON %s\ncompiler %s\n", LUMEND_VERSION,
+           lum_accel_library(), lum_exr_library(), lum_net_library(), tls ? "OpenSSL " : "without TLS", tls ? tls : "",
+           lum_webp_available() ? "with" : "without", cJSON_Version(), __VERSION__);
     return LUM_EXIT_OK;
 }
 

@@ -259,7 +259,9 @@ bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, 
     bool resized = r.settings.w != v->settings.w || r.settings.h != v->settings.h;
     if (resized && !fit_tiles(v, r.settings.w, r.settings.h, err))
         return false;
-    if (r.codec != v->codec || want.quality > v->want.quality || want.downscale != v->want.downscale || params->resend)
+    bool loses_webp = (v->want.codecs & ~want.codecs) >> LUM_CODEC_WEBP & 1u; /* some may wait in the stream */
+    if (loses_webp || r.codec != v->codec || want.quality > v->want.quality || want.downscale != v->want.downscale ||
+        params->resend)
         memset(v->tiles, 0, v->n_tiles * sizeof *v->tiles);
     bool rests_otherwise = memcmp(want.rest_size, v->want.rest_size, sizeof want.rest_size) != 0;
     v->want = want;

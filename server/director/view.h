@@ -23,6 +23,7 @@
 #define LUM_VIEW_REST_NS 500000000ll     /* before it is made larger: a drag that halts is shorter */
 #define LUM_VIEW_SETTLE_NS 200000000ll   /* rest before the lossless frame: it costs ten lossy ones, wasted in a drag */
 #define LUM_VIEW_UNHEARD_NS 2000000000ll /* then it is sent to who has not said that the lossy one is there */
+#define LUM_VIEW_UNHEARD_MOST_S 30.0     /* on the thinnest line, too: what is thought of its rate may be wrong */
 
 struct lum_rest {
     struct lum_view *core; /* NULL: no larger size was ever asked for */

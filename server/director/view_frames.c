@@ -25,14 +25,36 @@ static bool reads_webp(const struct lum_server_view *v)
     return lum_webp_available() && (v->codec == LUM_CODEC_WEBP || v->want.codecs >> LUM_CODEC_WEBP & 1u);
 }
 
-/* The exact picture is large: on a thin line it would keep what a hand does meanwhile waiting for seconds. So the
- * client has to have the one before it, and nothing to have changed for a while since. */
-static int64_t exact_at_ns(const struct lum_server_view *v)
+static int64_t later(int64_t a_ns, int64_t b_ns)
 {
-    int64_t seen_ns;
-    if (!lum_stream_is_idle(v->stream, &seen_ns))
-        return v->sent_ns + LUM_VIEW_UNHEARD_NS;
-    return (seen_ns > v->newest_ns ? seen_ns : v->newest_ns) + LUM_VIEW_SETTLE_NS;
+    return a_ns > b_ns ? a_ns : b_ns;
+}
+
+/* The exact picture is large: on a thin line it would keep what a hand does meanwhile waiting for seconds. So the
+ * client has to have the one before it, or twice the time that the line needs for that to have gone by, and nothing to
+ * have changed for a while. */
+static int64_t exact_at_ns(const struct lum_server_view *v, bool *ret_heard)
+{
+    int64_t seen_ns, settled_ns = v->newest_ns + LUM_VIEW_SETTLE_NS;
+    *ret_heard = lum_stream_is_idle(v->stream, &seen_ns);
+    if (*ret_heard)
+        return later(seen_ns + LUM_VIEW_SETTLE_NS, settled_ns);
+    double unheard_s = fmin(2.0 * lum_stream_owed_s(v->stream), LUM_VIEW_UNHEARD_MOST_S);
+    return later(v->sent_ns + later(LUM_VIEW_UNHEARD_NS, (int64_t)(unheard_s * 1e9)), settled_ns);
+}
+
+/* A picture that is complete, of a codec with loss. What a hand does is first shown as it is shown while it moves,
+ * also where a pass takes longer than hands rest. */
+static enum lum_frame_due exact_due(const struct lum_server_view *v, int64_t now_ns, int64_t *ret_wait_ns)
+{
+    bool heard;
+    int64_t rest = exact_at_ns(v, &heard) - now_ns;
+    bool first = v->unsent && (v->sent_spp == 0 || !heard || rest > 0);
+    if (rest <= 0 && !first)
+        return LUM_DUE_FINAL;
+    if (ret_wait_ns)
+        *ret_wait_ns = rest > 0 ? rest : LUM_VIEW_SETTLE_NS;
+    return first ? LUM_DUE_FRAME : LUM_DUE_NONE;
 }
 
 enum lum_frame_due lum_server_view_due(const struct lum_server_view *v, int64_t now_ns, int64_t *ret_wait_ns)
@@ -47,14 +69,8 @@ enum lum_frame_due lum_server_view_due(const struct lum_server_view *v, int64_t 
             *ret_wait_ns = wait > 0 ? wait : LUM_EXPOSURE_STEP_NS;
         return wait > 0 && v->sent_spp > 0 ? LUM_DUE_NONE : LUM_DUE_FRAME;
     }
-    if (v->complete && !v->final_sent) {
-        int64_t rest = is_lossy(v->codec) ? exact_at_ns(v) - now_ns : 0;
-        if (rest <= 0)
-            return LUM_DUE_FINAL;
-        if (ret_wait_ns)
-            *ret_wait_ns = rest;
-        return v->unsent ? LUM_DUE_FRAME : LUM_DUE_NONE;
-    }
+    if (v->complete && !v->final_sent)
+        return is_lossy(v->codec) ? exact_due(v, now_ns, ret_wait_ns) : LUM_DUE_FINAL;
     if (!v->unsent)
         return LUM_DUE_NONE;
     uint32_t spp = v->last_pass.spp;
@@ -194,7 +210,9 @@ enum lum_status lum_server_view_publish(struct lum_server_view *v, const struct 
     if (st)
         return st;
     double line_bytes_s = lum_stream_line(v->stream);
-    struct lum_coding c = coding(v, lum_encoder_threads(encoder), line_bytes_s);
+    struct lum_coding c = {v->codec, (uint8_t)v->want.quality};
+    if (due != LUM_DUE_FINAL)
+        c = coding(v, lum_encoder_threads(encoder), line_bytes_s);
     struct lum_picture picture = {.film = film,
                                   .display = display(v, film),
                                   .overlay = &v->overlay,

@@ -1,5 +1,6 @@
 #include "server/net/session.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -240,7 +241,11 @@ static bool read_ack(const struct lum_rpc *rpc, uint32_t *ret_view_id, uint64_t 
     if (lum_json_require(&r, "view_id") && lum_json_require(&r, "frame_seq")) {
         lum_json_u32(&r, "view_id", 0, UINT32_MAX, &view_id);
         lum_json_u64(&r, "frame_seq", &frame_seq);
-        lum_json_number(&r, "held_ms", 0.0, LUM_LIMIT_HELD_MS, &held_ms);
+        const cJSON *held = lum_json_member(&r, "held_ms");
+        if (held && cJSON_IsNumber(held)) /* one out of range loses no acknowledgement: none is repeated */
+            held_ms = fmin(fmax(held->valuedouble, 0.0), LUM_LIMIT_HELD_MS);
+        else if (held)
+            lum_json_number(&r, "held_ms", 0.0, LUM_LIMIT_HELD_MS, &held_ms); /* refuses it */
     }
     if (!lum_json_end(&r))
         return false;

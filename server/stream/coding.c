@@ -29,6 +29,7 @@ enum {
     STEP_WEBP,
     STEP_WEBP_ROUGH,
     ROUGH_QUALITY = 50, /* a quarter of the bytes of JPEG 85, 1.6 times its error */
+    CHROMA_FROM = 90,   /* JPEG of this quality has colours of full resolution, and WebP never has */
     STAY_FRAMES = 4,    /* what a step really takes is known then */
 };
 
@@ -68,6 +69,13 @@ static double ns_pixel(int step)
     return step == STEP_JPEG ? JPEG_NS_PIXEL : WEBP_NS_PIXEL;
 }
 
+/* WebP of the same error: there is none for a quality above 90. At 90 it is so over a picture, and colours that are
+ * read as values have edges. */
+static bool has_like(uint32_t quality, bool colors)
+{
+    return quality < CHROMA_FROM || (quality == CHROMA_FROM && !colors);
+}
+
 /* Encoding, and the line. */
 static double seconds(const struct lum_coding_state *s, int step, uint32_t quality, const struct lum_coding_line *line)
 {
@@ -79,14 +87,19 @@ static int better_step(const struct lum_coding_state *s, uint32_t quality, const
 {
     double jpeg = seconds(s, STEP_JPEG, quality, line), webp = seconds(s, STEP_WEBP, quality, line),
            rough = seconds(s, STEP_WEBP_ROUGH, quality, line);
+    bool like = has_like(quality, line->colors);
     switch (s->step) {
     case STEP_JPEG:
-        return jpeg > SEEN_AT_ONCE_S && webp < BETTER * jpeg ? STEP_WEBP : STEP_JPEG;
+        if (like)
+            return jpeg > SEEN_AT_ONCE_S && webp < BETTER * jpeg ? STEP_WEBP : STEP_JPEG;
+        return jpeg > FEW_S && rough < BETTER * jpeg && !line->colors ? STEP_WEBP_ROUGH : STEP_JPEG;
     case STEP_WEBP:
         if (jpeg < BACK * SEEN_AT_ONCE_S || jpeg < BETTER * webp)
             return STEP_JPEG;
         return webp > FEW_S && rough < BETTER * webp && !line->colors ? STEP_WEBP_ROUGH : STEP_WEBP;
     default:
+        if (!like)
+            return jpeg < BACK * FEW_S ? STEP_JPEG : STEP_WEBP_ROUGH;
         return webp < BACK * FEW_S ? STEP_WEBP : STEP_WEBP_ROUGH;
     }
 }
@@ -100,6 +113,8 @@ struct lum_coding lum_coding_choose(struct lum_coding_state *s, uint32_t quality
         step = STEP_WEBP;
     else if (s->stay == 0 && s->plain_bytes > 0.0 && line->bytes_s > 0.0)
         step = better_step(s, quality, line);
+    if (step == STEP_WEBP && !has_like(quality, line->colors))
+        step = STEP_JPEG;
     if (step != s->step)
         s->stay = STAY_FRAMES;
     s->step = step;

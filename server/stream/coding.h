@@ -1,9 +1,10 @@
 /* How tiles that need not be exact are coded: as JPEG or as WebP, how well, and which of it suits a line.
  *
  * Three steps, each of fewer bytes than the one before: JPEG as the client asked for it; WebP of the same error, which
- * takes half the bytes and ten times the time; WebP of more error, where even that shows fewer than ten pictures a
- * second. What a step takes is reckoned from what the frames before took. A step is left when another is better by a
- * margin, and not before a few frames were sent with it: the ways to and fro have different limits. */
+ * takes half the bytes and ten times the time, and is left out where there is none; WebP of more error, where even that
+ * shows fewer than ten pictures a second. What a step takes is reckoned from what the frames before took. A step is
+ * left when another is better by a margin, and not before a few frames were sent with it: the ways to and fro have
+ * different limits. */
 #ifndef LUM_SERVER_STREAM_CODING_H
 #define LUM_SERVER_STREAM_CODING_H
 
@@ -34,7 +35,7 @@ struct lum_coding_line {
     double bytes_s; /* 0: not known */
     uint32_t threads;
     bool webp;   /* the client reads it, and this build writes it */
-    bool colors; /* stand for values: no more error than was asked for */
+    bool colors; /* stand for values: no more error than was asked for, and with edges as sharp */
 };
 
 /* The next frame's. */
@@ -43,7 +44,8 @@ struct lum_coding lum_coding_choose(struct lum_coding_state *state, uint32_t qua
 /* A frame was coded as was chosen last. */
 void lum_coding_note(struct lum_coding_state *state, uint32_t quality, const struct lum_coding_cost *cost);
 
-/* WebP's own number for the error that JPEG of this quality has. */
+/* WebP's own number for the error that JPEG of this quality has; above 90, of 90: it gets no better with its colours of
+ * half the resolution. */
 int lum_coding_webp_quality(uint32_t quality);
 
 #endif

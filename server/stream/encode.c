@@ -271,6 +271,8 @@ enum lum_status lum_encoder_run(struct lum_encoder *e, const struct lum_picture 
     if (n_new == 0 && n > 0 && run.failed == LUM_OK) {
         run.force = true;
         lum_pool_run(e->pool, 1, encode_tile, &run, NULL);
+        for (uint32_t i = 0; i < e->n_workers; i++) /* that says nothing of a frame */
+            e->workers[i].cost = (struct lum_coding_cost){0};
     }
     enum lum_status st = (enum lum_status)run.failed;
     if (st) {

@@ -49,7 +49,8 @@ LUM_MUST_USE enum lum_status lum_encoder_run(struct lum_encoder *encoder, const 
                                              struct lum_error *err);
 
 uint32_t lum_encoder_threads(const struct lum_encoder *encoder);
-/* Of the last run: coding alone, of the tiles that were new. */
+/* Of the last run: coding alone, of the tiles that were new. Nothing of one that was sent only so that there is a
+ * frame. */
 struct lum_coding_cost lum_encoder_cost(const struct lum_encoder *encoder);
 
 /* Round to nearest even; over 65504 saturates, NaN gives 0. */

@@ -155,10 +155,10 @@ bool lum_stream_resize(struct lum_stream *s, uint32_t n_tiles)
     s->slots = slots;
     s->n_slots = n_tiles;
     /* A client that acknowledges last tiles never does so for a frame cut off: its credit comes back here. */
-    if (s->n_to_send && s->sending_frame.frame_seq > s->acked)
+    if (s->n_to_send && s->sending_frame.frame_seq > s->acked) {
         s->n_unacked--;
-    if (s->n_to_send)
         lum_line_cut(&s->line);
+    }
     s->n_to_send = 0;
     if (has_unbegun_locked(s))
         s->skipped++;
@@ -261,6 +261,14 @@ bool lum_stream_is_idle(struct lum_stream *s, int64_t *ret_since_ns)
     *ret_since_ns = s->acked_ns;
     pthread_mutex_unlock(&s->lock);
     return idle;
+}
+
+double lum_stream_owed_s(struct lum_stream *s)
+{
+    pthread_mutex_lock(&s->lock);
+    double owed_s = lum_line_owed_s(&s->line);
+    pthread_mutex_unlock(&s->lock);
+    return owed_s;
 }
 
 double lum_stream_line(struct lum_stream *s)

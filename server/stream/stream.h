@@ -49,6 +49,8 @@ bool lum_stream_resize(struct lum_stream *s, uint32_t n_tiles);
 /* True when the client has said that it has all that was published; *ret_since_ns: when it said so, 0 before the first
  * frame. */
 bool lum_stream_is_idle(struct lum_stream *s, int64_t *ret_since_ns);
+/* How long the line takes for what was sent and is not acknowledged, as far as that is known; 0: not at all. */
+double lum_stream_owed_s(struct lum_stream *s);
 /* Bytes a second that reach the client, as far as its acknowledgements tell (line.h); 0: not known. */
 double lum_stream_line(struct lum_stream *s);
 

@@ -184,6 +184,7 @@ class CommandLine(unittest.TestCase):
         self.assertRegex(done.stdout, r"^lumend \d+\.\d+\.\d+ \(protocol 1\)\n")
         for library in ("Embree", "OpenEXR", "libwebsockets", "cJSON"):
             self.assertRegex(done.stdout, rf"(?m)^{library} \d+\.\d+\.\d+$")
+        self.assertRegex(done.stdout, r"(?m)^with(out)? WebP$")
 
     def test_scenes_have_titles(self):
         lines = run("scenes").stdout.splitlines()

@@ -231,10 +231,24 @@ class Requests(unittest.TestCase):
 
     def test_acknowledgements_of_nothing(self):
         for params in ({}, {"view_id": 1}, {"view_id": "1", "frame_seq": 1}, {"view_id": 1, "frame_seq": -1},
-                       {"view_id": 1, "frame_seq": 2 ** 53 + 2}, {"view_id": 1, "frame_seq": 1, "x": 1}):
+                       {"view_id": 1, "frame_seq": 2 ** 53 + 2}, {"view_id": 1, "frame_seq": 1, "x": 1},
+                       {"view_id": 1, "frame_seq": 1, "held_ms": "1"}, {"view_id": 1, "frame_seq": 1, "held_ms": [1]}):
             self.fails("frame.ack", params, -32602)
+        self.raw('{"jsonrpc":"2.0","id":7,"method":"frame.ack","params":{"view_id":1,"frame_seq":1,"held_ms":1e999}}')
         for _ in range(50):
             self.ws.notify("frame.ack", {"view_id": 4000000000, "frame_seq": 2 ** 53})
+
+    def test_acknowledgements_held_for_odd_times(self):
+        """A time out of range is taken as the nearest in it, and so is the acknowledgement: what is lost does not come again."""
+        for held_ms in ("-1", "0", "1e9", "1000000001", "1e308", "null"):
+            view_id = self.ws.call("view.open", {"size": [16, 16], "camera_id": "main"})["view_id"]
+            while (stats := self.ws.wait_notification("frame.stats"))["view_id"] != view_id:
+                pass
+            before = self.daemon.metric("frames_acked_total")
+            self.ws.send_text('{"jsonrpc":"2.0","method":"frame.ack","params":{"view_id":%d,"frame_seq":%d,"held_ms":%s}}'
+                              % (view_id, stats["frame_seq"], held_ms))
+            self.ws.call("view.close", {"view_id": view_id})
+            self.assertEqual(self.daemon.metric("frames_acked_total"), before + 1, held_ms)
 
     # ---- limits ----
 

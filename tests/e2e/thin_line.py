@@ -15,6 +15,7 @@ class ThinLine:
         self.port = self.listener.getsockname()[1]
         self.sockets, self.threads = [self.listener], []
         self.lock = threading.Lock()
+        self.closed = False  # guarded by lock, as sockets and threads are: nothing is added once it is set
 
     def __enter__(self):
         self._begin(self._accept)
@@ -22,6 +23,7 @@ class ThinLine:
 
     def __exit__(self, *_):
         with self.lock:
+            self.closed = True
             for sock in self.sockets:
                 try:
                     sock.shutdown(socket.SHUT_RDWR)
@@ -49,9 +51,13 @@ class ThinLine:
             for sock in (client, upstream):
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             with self.lock:
+                if self.closed:
+                    client.close()
+                    upstream.close()
+                    return
                 self.sockets += [client, upstream]
-            self._begin(self._pass, client, upstream, False)
-            self._begin(self._pass, upstream, client, True)
+                self._begin(self._pass, client, upstream, False)
+                self._begin(self._pass, upstream, client, True)
 
     def _pass(self, source, sink, thin):
         free_s = time.monotonic()

@@ -191,6 +191,50 @@ class Thin(unittest.TestCase):
                 view.ws.notify("frame.ack", {"view_id": view.id, "frame_seq": header["frame_seq"] - 1})
         self.assertGreaterEqual(time.monotonic() - begin_s, 2)
 
+    def test_who_does_not_read_it_any_more_gets_all_of_it_otherwise(self):
+        """A tile that is exact already comes anew: it may be one that waits, or that the client could not read."""
+        self.skip_without_webp()
+        view = View(self.daemon.port, self.daemon.token, codecs=["webp"])
+        places = set(view.rest()[0])
+        view.ws.call("view.update", {"view_id": view.id, "codecs": ["png"]})
+        shown, header = {}, {"flags": 0}
+        while not header["flags"] & CONVERGED:
+            for header, _ in view.frame():
+                shown[header["x"], header["y"]] = header["codec"]
+        self.assertEqual(shown, {place: PNG for place in places})
+
+    def test_no_quality_above_90_has_webp_but_a_rougher_one(self):
+        self.skip_without_webp()
+        with ThinLine(self.daemon.port, THIN) as line:
+            view = View(line.port, self.daemon.token, codecs=["webp"], quality=95)
+            seen = view.drag(FRAMES, lambda tiles: all(h["quality"] == 50 for h, _ in tiles))
+            self.assertEqual(seen[-1], {(WEBP, 50)}, seen)
+            self.assertLessEqual(set().union(*seen), {(JPEG, 95), (WEBP, 50)})
+
+    def test_nothing_exact_comes_while_a_hand_moves(self):
+        """A line that brings nothing for longer than two seconds, and then one acknowledgement, while a hand moves."""
+        view = View(self.daemon.port, self.daemon.token, method="whitted")
+        frames = []
+        while len(frames) < 2:
+            view.move()
+            frames.append(self.unheard(view))
+        begin_s = time.monotonic()
+        while time.monotonic() < begin_s + 2.2:
+            view.move()
+            time.sleep(0.02)  # as a mouse does
+        view.ws.notify("frame.ack", {"view_id": view.id, "frame_seq": frames[0]["frame_seq"]})
+        header = self.unheard(view)
+        self.assertEqual((header["codec"], header["flags"] & CONVERGED), (JPEG, 0), header)
+
+    def unheard(self, view):
+        """The header that ends the next whole frame, which is not acknowledged."""
+        while True:
+            while not view.ws.binaries:
+                view.ws.pump()
+            header = tile_header(view.ws.binaries.pop(0))
+            if header["flags"] & LAST_TILE:
+                return header
+
     def test_a_wide_line_has_jpeg(self):
         view = View(self.daemon.port, self.daemon.token, codecs=["webp"])
         self.assertEqual(set().union(*view.drag(20)), {(JPEG, 85)})

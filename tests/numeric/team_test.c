@@ -159,11 +159,35 @@ static void pictures_are_those_of_one(void **state)
 
 /* ---- memory that is short ---- */
 
-enum { SHORT_PASSES = 5 };
+enum { SHORT_PASSES = 5, ALONE = CREW_GAVE_UP + 1 };
 
 /* Records that this thread puts into a store, since it began to count, and which of them finds no room there; 0: none.
  */
 static _Thread_local uint64_t n_inserted, fails_at;
+
+/* Those that it asks for, and from which of them on there is no memory for any; 0: there is. A round asks for some, and
+ * then inserts them: where the first few ended, in both counts. */
+enum { ROUNDS_SEEN = 4 };
+static _Thread_local struct {
+    uint64_t n, fails_at, n_inserted;
+    uint32_t n_rounds;
+    struct {
+        uint64_t asked, inserted;
+    } end[ROUNDS_SEEN];
+} asked;
+
+struct lum_cache_record *__real_lum_store_new(struct lum_store *store, uint32_t worker);
+struct lum_cache_record *__wrap_lum_store_new(struct lum_store *store, uint32_t worker);
+struct lum_cache_record *__wrap_lum_store_new(struct lum_store *store, uint32_t worker)
+{
+    if (n_inserted > asked.n_inserted && asked.n_rounds < ROUNDS_SEEN) {
+        asked.end[asked.n_rounds].asked = asked.n;
+        asked.end[asked.n_rounds++].inserted = n_inserted;
+    }
+    asked.n_inserted = n_inserted;
+    bool none = ++asked.n >= asked.fails_at && asked.fails_at > 0;
+    return none ? NULL : __real_lum_store_new(store, worker);
+}
 
 bool __real_lum_store_insert(struct lum_store *store, uint32_t worker, struct lum_cache_record *record);
 bool __wrap_lum_store_insert(struct lum_store *store, uint32_t worker, struct lum_cache_record *record);
@@ -177,7 +201,8 @@ struct shortage {
     const char *method;
     uint32_t pass;
     uint64_t k;
-    bool records; /* the k-th record finds no room, in place of the k-th allocation */
+    bool records;   /* the k-th record finds no room, in place of the k-th allocation */
+    uint64_t asked; /* and nobody has memory from the one on that they ask for so late; 0: they have */
 };
 
 static void look_short(struct lum_team *team, void *user)
@@ -192,11 +217,14 @@ static void look_short(struct lum_team *team, void *user)
         if (!r.settings.method->progressive)
             edit(&r, (int)i);
         uint64_t k = i == sh->pass && team->rank == team->size - 1 ? sh->k : 0;
-        n_inserted = 0;
+        n_inserted = asked.n = asked.n_inserted = 0;
         fails_at = sh->records ? k : 0;
+        asked.fails_at = i == sh->pass ? sh->asked : 0;
         lum_alloc_fail_after(sh->records ? 0 : k);
         enum lum_status status = lum_view_pass(r.view, r.snapshot, &r.settings, NULL, &stats, &err);
         lum_alloc_fail_after(0);
+        if (status != LUM_OK && sh->asked)
+            _Exit(ALONE);
         if (status != LUM_OK)
             team->kind->give_up(team, err.text);
     }
@@ -213,6 +241,7 @@ static uint64_t count_records(const char *method, uint32_t pass)
         struct lum_error err;
         if (!r.settings.method->progressive)
             edit(&r, (int)i);
+        memset(&asked, 0, sizeof asked);
         n_inserted = 0;
         assert_int_equal(lum_view_pass(r.view, r.snapshot, &r.settings, NULL, &stats, &err), LUM_OK);
     }
@@ -246,12 +275,12 @@ static void short_memory_parts_none(void **state)
     skip(); /* its runtime starts no threads in a child of a process that had some */
 #endif
     for (uint64_t k = 1; k <= 3; k++) /* the guide, its nodes, and its first cells */
-        assert_int_equal(exit_of((struct shortage){"path", 1, k, false}), CREW_GAVE_UP);
+        assert_int_equal(exit_of((struct shortage){"path", 1, k, false, 0}), CREW_GAVE_UP);
     for (uint32_t pass = 2; pass < SHORT_PASSES; pass++) /* more cells */
-        (void)exit_of((struct shortage){"path", pass, 1, false});
+        (void)exit_of((struct shortage){"path", pass, 1, false, 0});
     int n_whole = 0;
     for (uint64_t k = 60; k <= 90; k++) /* of the first frame: caches, VPLs, rays that are kept, records, probes */
-        n_whole += exit_of((struct shortage){"live", 0, k, false}) == 0;
+        n_whole += exit_of((struct shortage){"live", 0, k, false, 0}) == 0;
     assert_true(n_whole > 0);
 }
 
@@ -270,8 +299,26 @@ static void records_without_room_part_none(void **state)
             assert_true(n > 8);
             const uint64_t at[] = {1, n / 2, n - 1, n};
             for (int i = 0; i < 4; i++)
-                assert_int_equal(exit_of((struct shortage){methods[m], pass, at[i], true}), CREW_GAVE_UP);
+                assert_int_equal(exit_of((struct shortage){methods[m], pass, at[i], true, 0}), CREW_GAVE_UP);
         }
+}
+
+/* One has no room for the last record of a round, and the others have no memory for the first of the next, nor for any
+ * then: all have no room, and not at the same step. They give up where they part, and not one of them later, for a
+ * reason of its own, while the others are a step behind. */
+static void records_without_room_at_two_steps_part_none(void **state)
+{
+    (void)state;
+#if defined(__SANITIZE_THREAD__)
+    skip();
+#endif
+    (void)count_records("live", 0);
+    assert_true(asked.n_rounds > 1);
+    uint32_t n = asked.n_rounds;
+    for (uint32_t i = 0; i < n; i++) {
+        struct shortage sh = {"live", 0, asked.end[i].inserted, true, asked.end[i].asked + 1};
+        assert_int_equal(exit_of(sh), CREW_GAVE_UP);
+    }
 }
 
 int main(void)
@@ -280,6 +327,7 @@ int main(void)
         cmocka_unit_test(pictures_are_those_of_one),
         cmocka_unit_test(short_memory_parts_none),
         cmocka_unit_test(records_without_room_part_none),
+        cmocka_unit_test(records_without_room_at_two_steps_part_none),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

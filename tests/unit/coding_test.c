@@ -151,8 +151,42 @@ static void error_has_a_limit(void **state)
                     &s, quality,
                     &(struct lum_coding_line){.bytes_s = 3e4, .threads = 2, .webp = true, .colors = colors});
                 assert_true(c.quality <= quality && c.quality >= (quality < 50 || colors ? quality : 50));
+                /* WebP of the same error: there is none above 90, nor of 90 with the edges of a map's colours. */
+                if (c.codec == LUM_CODEC_WEBP && c.quality == quality)
+                    assert_true(quality < 90 || (quality == 90 && !colors));
                 lum_coding_note(&s, quality, &(struct lum_coding_cost){60000, 400000, 3000000});
             }
+        }
+}
+
+/* Qualities that WebP has no like of go from JPEG to what is rougher and back, and stay where they are. */
+static void above_ninety_there_are_two_steps(void **state)
+{
+    (void)state;
+    for (uint32_t quality = 89; quality <= 100; quality++)
+        for (int colors = 0; colors < 2; colors++) {
+            struct lum_coding_state s = {0};
+            int seen = 0, changes = 0;
+            uint8_t codec = LUM_CODEC_JPEG;
+            for (double bytes_s = 1e7; bytes_s > 1e4; bytes_s /= 1.02) {
+                const struct lum_coding_line line = {.bytes_s = bytes_s, .threads = 2, .webp = true, .colors = colors};
+                struct lum_coding c = lum_coding_choose(&s, quality, &line);
+                bool rough = c.codec == LUM_CODEC_WEBP && c.quality == 50;
+                double bytes = c.codec == LUM_CODEC_JPEG ? 150000 : rough ? 20000 : 75000;
+                lum_coding_note(&s, quality, &(struct lum_coding_cost){(uint64_t)bytes, 400000, 2000000});
+                seen |= c.codec == LUM_CODEC_JPEG ? 1 : rough ? 4 : 2;
+                changes += c.codec != codec;
+                codec = c.codec;
+            }
+            bool like = quality < 90 || (quality == 90 && !colors);
+            assert_int_equal(seen, 1 | (like ? 2 : 0) | (colors ? 0 : 4));
+            assert_int_equal(changes, like || !colors);
+            for (int n = 0; n < 40; n++) {
+                const struct lum_coding_line wide = {.bytes_s = 1e8, .threads = 2, .webp = true, .colors = colors};
+                codec = lum_coding_choose(&s, quality, &wide).codec;
+                lum_coding_note(&s, quality, &(struct lum_coding_cost){20000, 400000, 2000000});
+            }
+            assert_int_equal(codec, LUM_CODEC_JPEG);
         }
 }
 
@@ -175,6 +209,7 @@ int main(void)
         cmocka_unit_test(it_comes_back),
         cmocka_unit_test(slow_encoding_counts),
         cmocka_unit_test(error_has_a_limit),
+        cmocka_unit_test(above_ninety_there_are_two_steps),
         cmocka_unit_test(webp_qualities_rise),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -182,7 +182,11 @@ static void unchanged_tiles_are_not_encoded_again(void **state)
 {
     struct fixture *f = *state;
     assert_int_equal(encode(f, LUM_CODEC_JPEG, 0), TILES);
+    assert_true(lum_encoder_cost(f->encoder).n_pixels > 0);
     assert_int_equal(encode(f, LUM_CODEC_JPEG, 0), 1); /* one, so that the frame is seen */
+    struct lum_coding_cost cost = lum_encoder_cost(f->encoder);
+    assert_true(cost.n_pixels == 0 && cost.n_bytes == 0 &&
+                cost.cpu_ns == 0); /* which says nothing of what frames cost */
     uint64_t nonfinite = 0;
     lum_film_reset_pixel(&f->film, 150, 10); /* in tile 1 */
     lum_film_add(&f->film, 150, 10, 0, lum_grey(0.9f), &nonfinite);

@@ -68,7 +68,7 @@ static void two_sizes_tell_the_rate(void **state)
     EACH_LINE(i, k)
     {
         struct sim s = sim_of(rates[i], rtts_ms[k]);
-        for (int n = 0; n < 60; n++)
+        for (int n = 0; n < 120; n++) /* each second tells it: 0.75^60 of the first bound is left */
             alone(&s, n % 2 ? 6000 : 100000);
         assert_rate(&s, rates[i]);
     }
@@ -134,7 +134,81 @@ static void it_is_never_thought_faster(void **state)
     }
 }
 
-/* After n frames 2^-n of the difference is left. */
+static double fraction(uint32_t *random)
+{
+    *random = *random * 1664525u + 1013904223u;
+    return (double)(*random >> 8) / (1 << 24);
+}
+
+/* One answer in twenty comes up to 200 ms late, and those behind it with it: two frames on their way on a line of
+ * 4 Mbit/s and 40 ms. Answers that come together do not make the line ten times as fast: what was late is in the time
+ * before. That it is thought over three times as fast for one frame in fifty is more than what is seen. */
+static void answers_that_come_together_do_not_mislead(void **state)
+{
+    (void)state;
+    const double rate = 5e5;
+    enum { FRAMES = 2000 };
+    for (uint32_t seed = 1; seed <= 20; seed++) {
+        struct sim s = sim_of(rate, 40);
+        uint32_t random = seed, n_fast = 0, n_slow = 0;
+        double at[2] = {send(&s, 20000), send(&s, 20000)}, last = 0.0;
+        for (int n = 0; n < FRAMES; n++) {
+            double late = fraction(&random) < 0.05 ? fraction(&random) * 200 * MS : 0.0;
+            last = fmax(at[0] + late, last + 1000.0); /* in order */
+            answer(&s, s.seq - 1, last);
+            n_fast += s.line.bytes_s > 3 * rate;
+            n_slow += s.line.bytes_s < rate / 3;
+            at[0] = at[1];
+            at[1] = send(&s, 8000 + 24000 * fraction(&random));
+        }
+        if (n_fast > FRAMES / 50 || n_slow > FRAMES / 10)
+            fail_msg("seed %u: %u of %d frames were thought too fast, %u too slow", seed, n_fast, FRAMES, n_slow);
+    }
+}
+
+/* Frames of one size, each alone, tell no more than a bound; what was known before is not believed for ever. */
+static void bounds_alone_end_what_was_known(void **state)
+{
+    (void)state;
+    struct sim s = sim_of(1e7, 10);
+    busy(&s, 300000, 60);
+    assert_rate(&s, 1e7);
+    s.bytes_s = 1e5;
+    s.now_ns += 1e9;
+    s.line.soonest.ns = 0.0; /* none: they have one size */
+    for (int n = 0; n < 15; n++)
+        alone(&s, 5000);
+    assert_rate(&s, 1e7);
+    alone(&s, 5000);
+    assert_rate(&s, 5000 / (5000 / 1e5 + 0.01));
+    /* Few frames, over ten seconds. */
+    s = sim_of(1e7, 10);
+    busy(&s, 300000, 60);
+    s.bytes_s = 1e5;
+    s.line.soonest.ns = 0.0;
+    s.now_ns += 5e9;
+    alone(&s, 50000);
+    assert_rate(&s, 1e7);
+    s.now_ns += 5e9;
+    alone(&s, 50000);
+    assert_rate(&s, 50000 / (50000 / 1e5 + 0.01));
+}
+
+static void what_is_owed_takes_its_time(void **state)
+{
+    (void)state;
+    struct sim s = sim_of(1e6, 0);
+    assert_true(lum_line_owed_s(&s.line) == 0.0);
+    send(&s, 50000);
+    assert_true(lum_line_owed_s(&s.line) == 0.0); /* nothing is known of the line */
+    answer(&s, 1, 50 * MS);
+    assert_true(lum_line_owed_s(&s.line) == 0.0);
+    send(&s, 200000);
+    send(&s, 100000);
+    assert_true(fabs(lum_line_owed_s(&s.line) - 0.3) < 1e-4);
+}
+
+/* Slow frames take the more of the time that is averaged: after n of them less than 2^-n of the difference is left. */
 static void a_line_that_slows_down_is_noticed(void **state)
 {
     (void)state;
@@ -208,6 +282,9 @@ int main(void)
         cmocka_unit_test(one_size_is_a_bound),
         cmocka_unit_test(a_busy_line_tells_its_rate),
         cmocka_unit_test(it_is_never_thought_faster),
+        cmocka_unit_test(answers_that_come_together_do_not_mislead),
+        cmocka_unit_test(bounds_alone_end_what_was_known),
+        cmocka_unit_test(what_is_owed_takes_its_time),
         cmocka_unit_test(a_line_that_slows_down_is_noticed),
         cmocka_unit_test(what_the_client_held_is_not_the_lines),
         cmocka_unit_test(odd_answers_do_no_harm),

@@ -266,6 +266,42 @@ static void test_acknowledgements_wake_the_director(void **state)
     lum_stream_unref(stream);
 }
 
+/* Of a time that makes no sense: the frame is there all the same. */
+static void test_acknowledgements_are_taken_with_any_number(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_stream *stream = add_view(f, 10);
+    const char *held[] = {"-1", "0", "12.5", "1e9", "1000000001", "1e308", "-1e308", "null"};
+    uint64_t seq = 0;
+    for (size_t i = 0; i < sizeof held / sizeof held[0]; i++) {
+        char text[160];
+        publish(stream, ++seq);
+        next_view(f->s);
+        next_view(f->s);
+        snprintf(text, sizeof text,
+                 "{\"jsonrpc\":\"2.0\",\"method\":\"frame.ack\",\"params\":{\"view_id\":10,\"frame_seq\":%u,"
+                 "\"held_ms\":%s}}",
+                 (unsigned)seq, held[i]);
+        receive(f->s, text);
+        if (f->counters.frames_acked != seq)
+            fail_msg("held_ms %s: the acknowledgement was not taken", held[i]);
+    }
+    assert_int_equal(f->counters.messages_refused, 0);
+    publish(stream, ++seq);
+    const char *none[] = {"\"1\"", "[1]", "true", "1e999"}; /* the last is refused as no number of any message */
+    for (uint64_t i = 0; i < sizeof none / sizeof none[0]; i++) {
+        char text[160];
+        snprintf(text, sizeof text,
+                 "{\"jsonrpc\":\"2.0\",\"method\":\"frame.ack\",\"params\":{\"view_id\":10,\"frame_seq\":%u,"
+                 "\"held_ms\":%s}}",
+                 (unsigned)seq, none[i]);
+        receive(f->s, text);
+        assert_int_equal(f->counters.messages_refused, i + 1);
+    }
+    assert_int_equal(f->counters.frames_acked, seq - 1);
+    lum_stream_unref(stream);
+}
+
 /* Else the view of a client that drags too fast would stand still for good. */
 static void test_acknowledgements_are_never_refused_for_their_rate(void **state)
 {
@@ -534,6 +570,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_broadcasts_go_to_those_who_said_hello, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_text_before_tiles_and_views_in_turn, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_acknowledgements_wake_the_director, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_acknowledgements_are_taken_with_any_number, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_acknowledgements_are_never_refused_for_their_rate, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_closed_views_are_forgotten, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_the_queue_of_one_who_does_not_read_is_bounded, set_up, tear_down),

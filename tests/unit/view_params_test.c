@@ -133,6 +133,9 @@ static void codecs_are_a_set(void **state)
     (void)state;
     assert_int_equal(params("{'codecs':['webp','jpeg','webp','h266','']}").codecs,
                      1u << LUM_CODEC_WEBP | 1u << LUM_CODEC_JPEG);
+    assert_int_equal(
+        params("{'codecs':['1','2','3','4','5','6','7','8','9','10','11','12','13','14','15','webp']}").codecs,
+        1u << LUM_CODEC_WEBP); /* as many as there may be */
     struct lum_view_params p = lum_view_params_default(), more = params("{'codecs':['webp']}");
     lum_view_params_merge(&p, &more);
     more = params("{'quality':50}");

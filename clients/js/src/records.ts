@@ -633,7 +633,7 @@ export interface FrameStats {
     codec: string;
     /** of these tiles, as quality of the view; 100 of exact ones */
     quality: number;
-    /** bytes per second; that reach the client, at least, as far as its acknowledgements tell; null: not known */
+    /** bytes per second; see PROTOCOL.md */
     line_bytes_s: number | null;
     /** boolean; the picture shows the map that the view's overlay asks for */
     overlay_map: boolean;

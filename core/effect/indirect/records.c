@@ -35,8 +35,8 @@ struct run {
     struct lum_cache_counts *counts;
     void (*make)(const struct lum_cache_job *job); /* what is done with the batch */
     uint32_t n_batch;
-    bool note; /* which records are found */
-    bool full; /* the store has no room */
+    bool note;                                                 /* which records are found */
+    enum { NOT_FULL, FULL_AT_ASKING, FULL_AT_INSERTING } full; /* the store has no room */
 };
 
 static void destroy_memory(struct lum_records_memory *m)
@@ -398,17 +398,18 @@ static bool insert_batch(struct run *run)
         }
         lum_store_drop(run->cache->store, 0, r);
         if (sound)
-            run->full = true;
+            run->full = FULL_AT_INSERTING;
     }
     bool apart = run->cache->key.storage == LUM_STORAGE_LOCAL; /* others do not find what is in worker 0's own tree */
     if (apart && lum_store_end_frame(run->cache->store, NULL) != LUM_OK)
-        run->full = true;
+        run->full = FULL_AT_INSERTING;
     return !run->full;
 }
 
 /* A store that has reached its size is full at all members of a team; one that memory is short for, at one, which would
  * make room while the others go on. Where a member stops is told when it stops, and by the others before each round, so
- * that they meet here. */
+ * that they meet here: one that is full with what it inserts, and others that are full with what they ask for next, are
+ * not at the same step. */
 static void agree(const struct run *run)
 {
     if (run->runner->team)
@@ -417,7 +418,7 @@ static void agree(const struct run *run)
 
 static enum lum_status make_round(struct run *run, uint32_t side)
 {
-    run->full = !request_all(run, side);
+    run->full = request_all(run, side) ? NOT_FULL : FULL_AT_ASKING;
     agree(run);
     if (run->full)
         drop_batch(run);
@@ -435,7 +436,7 @@ static enum lum_status make_round(struct run *run, uint32_t side)
 
 static enum lum_status make_rounds(struct run *run, struct lum_error *err)
 {
-    run->full = false;
+    run->full = NOT_FULL;
     enum lum_status status = reserve(run, err);
     if (status == LUM_OK)
         status = look(run, true, false);

@@ -182,6 +182,7 @@ test('a hidden tab goes on asking and acknowledging, and sends what was changed 
     await eventually(() => tab.watch.sent.slice(from).some((m) => m.method === 'scene.apply'), () => 'the edit was not sent');
     await eventually(() => acks().length >= 3, () => 'no pings');
     assert.ok(acks().every((m) => m.id !== undefined), 'a frame that nobody looks at is acknowledged by the ping alone');
+    assert.ok(acks().every((m) => m.params.held_ms > 0), 'and the time until the ping is not the line\'s');
     await eventually(() => acks().at(-1).params.frame_seq > acks()[0].params.frame_seq, () => 'the picture stands still');
     await hide(false);
     await settled(tab);

@@ -1,7 +1,7 @@
 /** The client without its looks: owns the connection, the scene, the view and what the user has selected. */
 import { computed, effect, signal } from '@preact/signals';
 import { Connection, type ConnectionState } from '../protocol/connection';
-import { decodeFrame, type FrameHeader } from '../protocol/frame';
+import { Codec, decodeFrame, type FrameHeader } from '../protocol/frame';
 import { ClosedError, isObject, type Json, type JsonObject, type Rpc } from '../protocol/rpc';
 import { numberOr, stringOr, vec3Or, type CameraPose, type Pick, type SceneRecord } from '../protocol/types';
 import { add, length, scale, sub, type Vec3 } from '../lib/vec';
@@ -113,7 +113,7 @@ export class App {
     private user = '';
     private rpc: Rpc | null = null;
     private picture: Picture | null = null;
-    private ackedSeq = 0;
+    private acked = { seq: 0, arrivedAt: 0 };
     private cameraChosen = false;
     private awaitedEdit: { rev: number; sentAt: number } | null = null;
     /** Shapes are shown because there is no light. */
@@ -212,7 +212,8 @@ export class App {
         this.canvas = canvas;
         this.picture = new Picture(canvas, {
             onDrawn: (last, arrivedAt) => this.drawn(last, arrivedAt),
-            onBroken: (last, error) => this.broke(last, error),
+            onBroken: (last, arrivedAt, error) => this.broke(last, arrivedAt, error),
+            onUnreadable: (codec) => codec === Codec.webp && this.view.readsNoWebp(),
         });
         this.link.connect();
         setInterval(() => this.meter.tick(), TICK_MS);
@@ -541,14 +542,14 @@ export class App {
             this.awaitedEdit = null;
         }
         this.meter.drawn(last);
+        this.acked = { seq: last.frameSeq, arrivedAt };
         if (!document.hidden) this.acknowledge(last, arrivedAt);
-        this.ackedSeq = last.frameSeq;
     }
 
     /** The first time it is not acknowledged: it is not on the screen. One that fails again must not stop the picture. */
-    private broke(last: FrameHeader, error: Error): void {
+    private broke(last: FrameHeader, arrivedAt: number, error: Error): void {
         this.broken++;
-        if (this.broken > 1) this.acknowledge(last, performance.now());
+        if (this.broken > 1) this.acknowledge(last, arrivedAt);
         if (this.broken <= MAX_RESENDS) setTimeout(() => this.view.resend(), this.broken > 1 ? RESEND_PAUSE_MS : 0);
         else if (this.broken === MAX_RESENDS + 1) this.report(new Error(`A part of the picture cannot be shown: ${error.message}`));
     }
@@ -574,7 +575,7 @@ export class App {
         const start = performance.now();
         if (!document.hidden) this.reference.acknowledge();
         try {
-            await rpc.call('frame.ack', { view_id: viewId, frame_seq: this.ackedSeq });
+            await rpc.call('frame.ack', { view_id: viewId, frame_seq: this.acked.seq, held_ms: start - this.acked.arrivedAt });
             this.meter.roundTripMs.value = performance.now() - start;
         } catch (error) {
             this.report(error as Error);

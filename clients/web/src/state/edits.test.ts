@@ -178,6 +178,27 @@ test('a view has two changes unanswered at most, and the newest wins', async () 
     assert.equal(calls[3]!.params.camera, undefined);
 });
 
+test('a browser that cannot read a tile of WebP asks for none any more', async () => {
+    const view = new ViewLink(call, () => undefined, () => true);
+    const open = async (): Promise<Json | undefined> => {
+        const from = calls.length;
+        const opened = view.open();
+        calls[from]!.answer({ view_id: 3 });
+        await opened;
+        return calls[from]!.params.codecs;
+    };
+    assert.deepEqual(await open(), ['webp']);
+    view.readsNoWebp();
+    view.readsNoWebp();
+    view.resend();
+    await frame();
+    const updates = calls.filter((c) => c.method === 'view.update');
+    assert.deepEqual(updates.map((c) => [c.params.codecs, c.params.resend]), [[[], true]]);
+    assert.deepEqual(view.likeParams(8, null).codecs, []);
+    view.closed();
+    assert.deepEqual(await open(), [], 'nor by another connection');
+});
+
 test('a view that was lost does not count what the old connection left unanswered', async () => {
     const view = new ViewLink(call, () => undefined, () => true);
     const open = async (): Promise<void> => {

@@ -114,8 +114,8 @@ export interface ServerNumbers extends Work {
     method: string;
     /** What "automatic" exposure currently is; null: the server did not say. */
     exposureEv: number | null;
-    /** How the frame came: "jpeg 85". WebP and PNG of 100 are exact. */
-    coding: string;
+    /** How the frame came: "jpeg 85". WebP and PNG of 100 are exact. null: the server did not say. */
+    coding: string | null;
 }
 
 export class FrameMeter {
@@ -174,7 +174,7 @@ export class FrameMeter {
             legend: isObject(params.overlay) ? legendOf(params.overlay) : null,
             method: stringOr(params.method, ''),
             exposureEv: typeof params.exposure_ev === 'number' ? params.exposure_ev : null,
-            coding: `${stringOr(params.codec, '')} ${numberOr(params.quality, 0)}`,
+            coding: typeof params.codec === 'string' ? `${params.codec} ${numberOr(params.quality, 0)}` : null,
         };
         if (!rendered) return;
         this.frameHistory.push(work.ms);

@@ -65,10 +65,15 @@ test('the reference is a view of its own, of path, while somebody looks at it', 
     assert.ok(reference.owns(5, Number(params.camera_seq)));
     reference.receive(frame(1, Number(params.camera_seq), 1));
     await settle();
+    const from = performance.now();
+    while (performance.now() - from < 3) await settle();
+    const waited = 3;
     replies.answer();
     await settle();
     assert.deepEqual(shown(), { ...WANTED.facts, pose: POSE, rev: 2, method: 'path', spp: 1, bound: 0.1 });
-    assert.deepEqual(calls.pop(), ['frame.ack', { view_id: 5, frame_seq: 1 }]);
+    const [ack, { held_ms: held, ...of }] = calls.pop()!;
+    assert.deepEqual([ack, of], ['frame.ack', { view_id: 5, frame_seq: 1 }]);
+    assert.ok(Number(held) >= waited, `it was held until the reply came, and not for ${Number(held)} ms`);
     assert.ok(!reference.owns(6, Number(params.camera_seq)));
     names();
     wanted.value = false;

@@ -54,7 +54,7 @@ export class Reference {
     private viewId: number | null = null;
     private opening = false;
     private readonly numbers = new CameraNumbers('reference');
-    private ackedSeq = 0;
+    private acked = { seq: 0, arrivedAt: 0 };
     private told = '';
     /** What the server was asked for, by camera_seq. */
     private readonly asked = new Map<number, Wanted>();
@@ -95,16 +95,17 @@ export class Reference {
 
     /** A hidden page showed nothing, and the server waits. */
     acknowledge(): void {
-        if (this.viewId !== null && this.ackedSeq > 0) this.host.notify('frame.ack', { view_id: this.viewId, frame_seq: this.ackedSeq });
+        const { seq, arrivedAt } = this.acked;
+        if (this.viewId !== null && seq > 0) this.host.notify('frame.ack', { view_id: this.viewId, frame_seq: seq, held_ms: performance.now() - arrivedAt });
     }
 
     private async open(): Promise<void> {
         if (this.viewId !== null || this.opening) return;
         this.opening = true;
         this.canvas ??= this.host.canvas();
-        const events = { onDrawn: (h: FrameHeader) => this.drawn(h), onBroken: (h: FrameHeader, error: Error) => this.broke(h, error) };
-        this.picture = new Picture(this.canvas, events, this.host.decode);
-        this.ackedSeq = 0;
+        const onBroken = (h: FrameHeader, at: number, error: Error): void => this.broke(h, at, error);
+        this.picture = new Picture(this.canvas, { onDrawn: (h, at) => this.drawn(h, at), onBroken }, this.host.decode);
+        this.acked = { seq: 0, arrivedAt: 0 };
         this.numbers.begin();
         try {
             const reply = await this.host.call('view.open', { ...this.params(), method: 'path', spp: REFERENCE_SPP, stats: false });
@@ -144,19 +145,19 @@ export class Reference {
         return { ...what.params, camera: what.pose as unknown as Json, camera_seq: seq };
     }
 
-    private shown(h: FrameHeader): void {
-        this.ackedSeq = h.frameSeq;
+    private shown(h: FrameHeader, arrivedAt: number): void {
+        this.acked = { seq: h.frameSeq, arrivedAt };
         if (!document.hidden) this.acknowledge();
     }
 
-    private broke(h: FrameHeader, error: Error): void {
-        this.shown(h); // or nothing would come any more
+    private broke(h: FrameHeader, arrivedAt: number, error: Error): void {
+        this.shown(h, arrivedAt); // or nothing would come any more
         this.host.onError(error);
     }
 
-    private drawn(h: FrameHeader): void {
+    private drawn(h: FrameHeader, arrivedAt: number): void {
         const what = this.asked.get(h.cameraSeq);
-        this.shown(h);
+        this.shown(h, arrivedAt);
         for (const seq of this.asked.keys()) if (seq < h.cameraSeq) this.asked.delete(seq);
         if (!what || h.cameraSeq !== this.numbers.last) return; // of what was wanted before
         this.facts.value = { ...what.facts, pose: what.pose, rev: h.sceneRev, method: 'path', spp: h.spp, bound: h.error };

@@ -221,6 +221,15 @@ test('a failed import says what to do, and nothing of the protocol', () => {
     assert.match(explainImport(new Error('connection lost'), 'room.glb'), /^Connection lost\. Try again/);
 });
 
+test('how a frame is coded is told, where the server tells it', () => {
+    const meter = new FrameMeter();
+    const frame = { ms: 20, passes: 1, rays: {}, effects: {} };
+    meter.stats({ ...frame, codec: 'webp', quality: 50 });
+    assert.equal(meter.server.value?.coding, 'webp 50');
+    meter.stats(frame);
+    assert.equal(meter.server.value.coding, null);
+});
+
 test('light that is in no picture is told once there is enough of it', () => {
     const meter = new FrameMeter();
     const frame = { ms: 20, passes: 1, rays: {}, effects: {} };

@@ -71,7 +71,7 @@ export class Stills {
         this.whole = false;
         this.linear.canvas = new Canvas();
         this.canvas = host.canvas();
-        this.picture = new Picture(this.canvas, { onDrawn: (h) => this.drawn(h), onBroken: (_, error) => this.fail(error) });
+        this.picture = new Picture(this.canvas, { onDrawn: (h, at) => this.drawn(h, at), onBroken: (_h, _at, error) => this.fail(error) });
         this.opening = true;
         this.numbers.begin();
         host.announce(`The ${kind} is being made`);
@@ -113,17 +113,18 @@ export class Stills {
 
     private async take(frame: Frame): Promise<void> {
         const { canvas } = this.linear;
+        const arrivedAt = performance.now();
         const tile = await readTile(frame);
-        if (tile && canvas === this.linear.canvas && canvas.take(tile)) this.drawn(frame.header);
+        if (tile && canvas === this.linear.canvas && canvas.take(tile)) this.drawn(frame.header, arrivedAt);
     }
 
     /** Whoever waits for a file does not look: it goes on in a hidden page, too. */
-    private drawn(h: FrameHeader): void {
+    private drawn(h: FrameHeader, arrivedAt: number): void {
         const now = this.progress.value;
         if (!now) return;
         this.whole = true;
         this.progress.value = { ...now, spp: h.spp, error: h.error };
-        this.host.notify('frame.ack', { view_id: h.viewId, frame_seq: h.frameSeq });
+        this.host.notify('frame.ack', { view_id: h.viewId, frame_seq: h.frameSeq, held_ms: performance.now() - arrivedAt });
         if ((h.flags & Flag.converged) !== 0) void this.save();
     }
 

@@ -31,9 +31,6 @@ export const STREAMS = {
     png: { label: 'Exact, always', codec: 'png', quality: 100 },
 } as const;
 export type Stream = keyof typeof STREAMS;
-/** What a browser reads beside JPEG and PNG: the server chooses for a thin line. */
-const codecs = ['webp'];
-
 /** The error at which refinement of a picture at rest ends, from fast to exact. */
 export const STOPS = {
     /** An error that any whole picture is below. */
@@ -170,6 +167,8 @@ export class ViewLink {
     viewId: number | null = null;
 
     private opening = false;
+    /** What this browser reads beside JPEG and PNG: the server chooses for a thin line. */
+    private codecs = ['webp'];
     private unanswered = 0;
     private readonly numbers = new CameraNumbers('view');
     private readonly sent = new Map<number, Sent>();
@@ -259,6 +258,13 @@ export class ViewLink {
         this.mark('tiles');
     }
 
+    /** A tile of it could not be shown. */
+    readsNoWebp(): void {
+        if (this.codecs.length === 0) return;
+        this.codecs = [];
+        this.mark('settings');
+    }
+
     private settle(): void {
         this.pending.value = this.sent.size > 0 || this.isDirty();
     }
@@ -302,7 +308,7 @@ export class ViewLink {
     likeParams(ev: number, scale: { min: number; max: number } | null): JsonObject {
         const s = this.settings.value;
         const { codec, quality } = STREAMS[s.stream];
-        const params: JsonObject = { size: [...this.size.value], codec, codecs, quality, white_balance_k: s.whiteBalance, solo: [...s.solo], exposure_ev: ev };
+        const params: JsonObject = { size: [...this.size.value], codec, codecs: [...this.codecs], quality, white_balance_k: s.whiteBalance, solo: [...s.solo], exposure_ev: ev };
         params.overlay = isOfLight(s.overlay) ? s.overlay : 'none';
         if (isOfLight(s.overlay)) params.false_color = { ...s.falseColour, min: s.falseColour.min ?? scale?.min ?? null, max: s.falseColour.max ?? scale?.max ?? null };
         if (Object.keys(s.effects).length > 0) params.effects = { ...s.effects };
@@ -328,7 +334,7 @@ export class ViewLink {
         const { codec, quality } = STREAMS[s.stream];
         const error = STOPS[s.stop];
         const budget: JsonObject = error !== null && this.addsSamples() ? { error } : {};
-        const params: JsonObject = { codec, codecs, quality, white_balance_k: s.whiteBalance, overlay: s.overlay, budget, solo: [...s.solo] };
+        const params: JsonObject = { codec, codecs: [...this.codecs], quality, white_balance_k: s.whiteBalance, overlay: s.overlay, budget, solo: [...s.solo] };
         if (isOfLight(s.overlay)) params.false_color = { ...s.falseColour };
         if (Object.keys(s.effects).length > 0) params.effects = { ...s.effects };
         if (s.method !== null) params.method = s.method;

@@ -11,8 +11,9 @@ const frame = (frameSeq: number, fields: Partial<FrameHeader> = {}): Frame => ({
     payload: new Uint8Array(),
 });
 
-function picture(decode: (f: Frame) => Promise<ImageBitmap | null>): { show: Picture; log: string[]; drawn: number[]; throwOn: Set<number> } {
+function picture(decode: (f: Frame) => Promise<ImageBitmap | null>): { show: Picture; log: string[]; drawn: number[]; throwOn: Set<number>; unreadable: number[] } {
     const log: string[] = [];
+    const unreadable: number[] = [];
     const drawn: number[] = [];
     const throwOn = new Set<number>();
     let current = 0;
@@ -26,9 +27,10 @@ function picture(decode: (f: Frame) => Promise<ImageBitmap | null>): { show: Pic
     const canvas = { width: 0, height: 0, dataset: {}, getContext: () => context } as unknown as HTMLCanvasElement;
     const events = {
         onDrawn: (last: FrameHeader) => log.push(`drawn ${last.frameSeq}`),
-        onBroken: (last: FrameHeader, error: Error) => log.push(`broken ${last.frameSeq}: ${error.message}`),
+        onBroken: (last: FrameHeader, _at: number, error: Error) => log.push(`broken ${last.frameSeq}: ${error.message}`),
+        onUnreadable: (codec: number) => unreadable.push(codec),
     };
-    return { show: new Picture(canvas, events, decode), log, drawn, throwOn };
+    return { show: new Picture(canvas, events, decode), log, drawn, throwOn, unreadable };
 }
 
 const bitmap = (f: Frame): ImageBitmap => ({ seq: f.header.frameSeq, close: () => undefined }) as unknown as ImageBitmap;
@@ -43,6 +45,17 @@ test('a frame with a tile that cannot be decoded is not said to be drawn, and th
     await settle();
     assert.deepEqual(log, ['drawn 1', 'broken 2: bad jpeg', 'drawn 3']);
     assert.deepEqual(drawn, [1, 2, 3], 'what could be decoded of it is shown');
+});
+
+test('the codec of a tile that cannot be decoded is told, and none for what could not be drawn', async () => {
+    const { show, log, throwOn, unreadable } = picture((f) => (f.header.codec === Codec.webp ? Promise.reject(new Error('what is it')) : Promise.resolve(bitmap(f))));
+    throwOn.add(1);
+    show.receive(frame(1));
+    show.receive(frame(2, { flags: 0, codec: Codec.webp }));
+    show.receive(frame(2, { x: 4 }));
+    await settle();
+    assert.deepEqual(log, ['broken 1: lost context', 'broken 2: what is it']);
+    assert.deepEqual(unreadable, [Codec.webp]);
 });
 
 test('a throw while drawing stops no later frame', async () => {

@@ -37,7 +37,9 @@ export interface PictureEvents {
     /** arrivedAt: when its last tile came, as performance.now() counts. */
     onDrawn(last: FrameHeader, arrivedAt: number): void;
     /** Something of the frame could not be shown, for this reason. */
-    onBroken(last: FrameHeader, error: Error): void;
+    onBroken(last: FrameHeader, arrivedAt: number, error: Error): void;
+    /** Before that: a tile could not be decoded. */
+    onUnreadable?(codec: number): void;
 }
 
 type Decode = (frame: Frame) => Promise<ImageBitmap | null>;
@@ -56,7 +58,7 @@ export class Picture {
     receive(frame: Frame): void {
         if (frame.header.kind !== Kind.tile) return;
         const pixels = this.decodeTile(frame);
-        pixels.catch(() => undefined); // draw() looks at it, later
+        pixels.catch(() => this.events.onUnreadable?.(frame.header.codec)); // draw() looks at it, later
         this.tiles.push({ header: frame.header, pixels });
         if ((frame.header.flags & Flag.lastTile) === 0) return;
         const { tiles, generation } = this;
@@ -64,7 +66,7 @@ export class Picture {
         this.tiles = [];
         // Whatever happens to one frame, the next is drawn.
         this.drawn = this.drawn.then(() => this.draw(tiles, generation, arrivedAt)).catch((error: unknown) => {
-            if (generation === this.generation) this.events.onBroken(frame.header, asError(error));
+            if (generation === this.generation) this.events.onBroken(frame.header, arrivedAt, asError(error));
         });
     }
 
