@@ -1,7 +1,8 @@
 /* The octree of a store (store.h), without the records: nodes, their entries, and the memory of both.
  *
  * A node holds the entries of its cell in pages of eight: the position and the squared radius of each lie beside the
- * index of its record, so that a search touches no record that does not serve. The first page is part of the node.
+ * index of its record, so that a search touches no record that does not reach the point. The first page is part of the
+ * node.
  *
  * Every function but those for one thread alone may be called by any number of threads at once, each with an arena of
  * its own. Why that is safe, and what never waits: tables.c. */

@@ -9,8 +9,9 @@
  * One tree, one search and one record layout serve all four; they differ only in what stands around an insertion and a
  * search.
  *
- * A record is a point of a surface that serves points nearer to it than its radius. It lies in the node whose side is
- * the least that is still at least twice the radius, so that a search descends into those children only whose cell,
+ * A record is a point of a surface that counts at points nearer to it than its radius, and serves those of them that
+ * its owner's weight says (weight.h): a point that is served needs no record of its own. It lies in the node whose side
+ * is the least that is still at least twice the radius, so that a search descends into those children only whose cell,
  * grown by half its side, holds the point. What else a record carries is its owner's: a struct that begins with struct
  * lum_cache_record.
  *

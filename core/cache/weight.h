@@ -55,8 +55,8 @@ static inline float lum_weight_tents(const struct lum_weighting *w, float per_ra
            lum_max(level, 0.0f); /* gcc 12 does not vectorise it joined by & */
 }
 
-/* Of one record at one point with normal n: above 0, finite; 0: it does not serve it. TENTS also rejects records that
- * lie in front of or behind the point's surface (Ward 1988). */
+/* Of one record at one point with normal n: above 0, finite; 0: it does not count there. Of WARD it serves wherever it
+ * counts, of TENTS not. TENTS also rejects records that lie in front of or behind the point's surface (Ward 1988). */
 static inline float lum_weight_of(const struct lum_weighting *w, enum lum_metric metric,
                                   const struct lum_cache_record *record, struct lum_vec3 p, struct lum_vec3 n)
 {

@@ -124,3 +124,12 @@ double lum_film_mean_luminance(const struct lum_film *film)
             sum += (double)lum_luminance(lum_film_mean(film, x, y));
     return sum / ((double)film->w * film->h);
 }
+
+bool lum_film_is_black(const struct lum_film *film)
+{
+    for (uint32_t y = 0; y < film->h; y++)
+        for (uint32_t x = 0; x < film->w; x++)
+            if (!lum_rgb_black(lum_film_mean(film, x, y)))
+                return false;
+    return true;
+}

@@ -45,6 +45,7 @@ void lum_film_set(struct lum_film *film, uint32_t x, uint32_t y, struct lum_rgb 
 struct lum_rgb lum_film_mean(const struct lum_film *film, uint32_t x, uint32_t y);
 
 double lum_film_mean_luminance(const struct lum_film *film); /* cd/m2, over the picture */
+bool lum_film_is_black(const struct lum_film *film);         /* every pixel. Quick where one of the first is not */
 
 /* How far a picture is off in luminance: root mean square error over mean luminance of the picture. NAN: unknown. */
 struct lum_film_error {

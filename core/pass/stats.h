@@ -55,6 +55,7 @@ struct lum_pass_stats {
     double culled_bound;          /* of lamps that were left out of any tile, at most, over the tile's own light */
     uint32_t spp;                 /* least samples of any pixel so far */
     struct lum_film_error error;  /* of the picture */
+    bool unlit;                   /* it is black, though something shines: its error is not known */
     double noise;                 /* bound of the error that its samples have by themselves; NAN: not known, or none */
     uint32_t preview;             /* > 1: this was the rough pass, of blocks of this side; spp is still 0 */
     bool measuring;               /* this pass did nothing but measure the error */

@@ -347,6 +347,11 @@ uint64_t lum_error_probes_paths(const struct lum_error_probes *p)
     return p->n_done;
 }
 
+double lum_error_probes_known(const struct lum_error_probes *p)
+{
+    return p->now.n + p->before.n;
+}
+
 struct lum_film_error lum_error_probes_error(struct lum_error_probes *p, const struct lum_film *film)
 {
     double mean = mean_luminance(film);

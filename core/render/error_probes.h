@@ -34,6 +34,8 @@ uint64_t lum_error_probes_paths(const struct lum_error_probes *p);
 
 /* Of the film as it is now. Unknown before there are enough, and of a black one. */
 struct lum_film_error lum_error_probes_error(struct lum_error_probes *p, const struct lum_film *film);
+/* How many probes that was said by, those of before as far as they count. */
+double lum_error_probes_known(const struct lum_error_probes *p);
 /* Where it is off, as far as those of this picture tell. */
 void lum_error_probes_add_errors(const struct lum_error_probes *p, const struct lum_film *film,
                                  struct lum_error_map *map);

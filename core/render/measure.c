@@ -20,6 +20,7 @@ void lum_measure_finish(struct lum_measurement *m)
 void lum_measure_begin(struct lum_measurement *m, bool alike)
 {
     m->error = LUM_FILM_ERROR_UNKNOWN;
+    m->n_known = 0.0;
     m->given_up = false;
     if (m->probes)
         lum_error_probes_begin(m->probes, alike);
@@ -51,6 +52,7 @@ static enum lum_status trace(struct lum_measurement *m, const struct lum_pass *f
     int64_t begin_ns = lum_clock_ns();
     enum lum_status status = lum_error_probes_trace(m->probes, &pass, (uint64_t)max_rays, runner);
     m->error = lum_error_probes_error(m->probes, pass.film);
+    m->n_known = lum_error_probes_known(m->probes);
     if (status == LUM_ERR_NOMEM)
         give_up(m, runner->team);
     runner->stats->stage_ms[LUM_STAGE_ERROR] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
@@ -79,7 +81,7 @@ static void trace_share(struct lum_measurement *m, const struct lum_pass *frame,
     struct lum_stage_runner whole = *runner;
     whole.cancel = NULL;
     double before = rays_of(runner), before_ms = runner->stats->stage_ms[LUM_STAGE_ERROR];
-    (void)trace(m, frame, on, agree(runner, max_rays), &whole);
+    (void)trace(m, frame, on, max_rays, &whole);
     m->rays += rays_of(runner) - before;
     m->ms += runner->stats->stage_ms[LUM_STAGE_ERROR] - before_ms;
 }
@@ -88,13 +90,18 @@ void lum_measure_share(struct lum_measurement *m, const struct lum_pass *frame, 
                        struct lum_measure_cost cost, const struct lum_stage_runner *runner)
 {
     double share = frame->settings->error_share, left_ms = cost.rays > 0 ? share * cost.ms : 0.0;
-    bool timed = !frame->settings->deterministic;
+    bool timed = !frame->settings->deterministic, looked = false;
     if (!timed || agree(runner, m->rays) == 0.0) {
-        trace_share(m, frame, on, share * (double)cost.rays / DEAR, runner);
-        left_ms -= m->ms;
+        double before_ms = m->ms;
+        trace_share(m, frame, on, agree(runner, share * (double)cost.rays / DEAR), runner);
+        left_ms -= m->ms - before_ms;
+        looked = true;
     }
-    if (timed) /* of a first picture, too: its first rays were timed, and few, as they may have been dear */
-        trace_share(m, frame, on, m->rays > 0.0 ? fmax(left_ms, 0.0) * m->rays / m->ms : 0.0, runner);
+    if (timed) { /* of a first picture, too: its first rays were timed, and few, as they may have been dear */
+        double max_rays = agree(runner, m->rays > 0.0 ? fmax(left_ms, 0.0) * m->rays / m->ms : 0.0);
+        if (max_rays > 0.0 || !looked) /* a picture that was bettered is off by less, also without another ray */
+            trace_share(m, frame, on, max_rays, runner);
+    }
     if (cost.first && m->probes)
         lum_error_probes_note(m->probes);
 }

@@ -10,6 +10,7 @@ struct lum_measurement {
     bool given_up;                   /* it is */
     double ms, rays;                 /* that shares took so far, drawing pixels and looking at them included */
     struct lum_film_error error;     /* as of the last call; unknown after lum_measure_begin */
+    double n_known;                  /* probes that say so, those of pictures before included by what they count */
 };
 
 void lum_measure_finish(struct lum_measurement *m); /* accepts a zeroed one */

@@ -437,11 +437,10 @@ static struct lum_film_error known_error(const struct lum_view *v, const struct 
 {
     const struct lum_view_settings *s = pass->settings;
     const struct lum_film_error *probed = &v->measurement.error;
-    bool many = isfinite(probed->bound) && probed->probes >= LUM_MANY_PROBES * probed->fresh; /* with those of before */
+    bool many = isfinite(probed->bound) && v->measurement.n_known >= LUM_MANY_PROBES;
     if (isfinite(v->error.bound))
         return v->error;
-    if (s->error_share > 0.0 && spp > 0 && pass->snapshot->lights.n_active == 0 &&
-        lum_film_mean_luminance(&v->film) == 0.0)
+    if (spp > 0 && pass->snapshot->lights.n_active == 0 && lum_film_is_black(&v->film))
         return (struct lum_film_error){0.0, 0.0, (double)s->w * s->h, 1.0};
     if (s->method->progressive && spp == 1 && s->error_share > 0.0 && !many) {
         struct lum_film_error said = lum_film_error_at_most(&v->film);
@@ -506,6 +505,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         stats.effects[e].noise = view->noise[e];
     stats.error = known_error(view, &pass, spp);
+    stats.unlit = spp > 0 && !isfinite(stats.error.bound) && lum_film_is_black(&view->film);
     stats.noise = noise_of(view, method);
     stats.cpu_ms = (double)(lum_pool_cpu_ns(view->pool) - begin_cpu_ns) * 1e-6;
     stats.ms = (double)(lum_clock_ns() - begin_ns) * 1e-6;

@@ -69,7 +69,9 @@ bool lum_render_tell_missed(const struct lum_render_options *o, uint32_t frame, 
         fprintf(stderr, "its relative error is known to be below %.4f", s->sum.error.bound);
     else
         fprintf(stderr, "its error is not known");
-    if (strcmp(s->stopped_by, "whole") == 0)
+    if (strcmp(s->stopped_by, "black") == 0)
+        fprintf(stderr, ": it is black, %u samples a pixel found no light, though something shines\n", s->sum.spp);
+    else if (strcmp(s->stopped_by, "whole") == 0)
         fprintf(stderr, "; the method makes a frame in one pass, and adds no samples\n");
     else
         fprintf(stderr, " after %u samples, which is all that --%s allows\n", s->sum.spp, s->stopped_by);

@@ -10,8 +10,10 @@ struct lum_layer_sum {
     struct lum_film_error error; /* times the mean luminance */
     double mean;
     double spent_ms;
-    uint32_t spp;
+    uint32_t spp; /* least of those that are not off */
+    bool unlit;   /* one of them is black, though its lamps shine */
     const char *stopped_by;
+    int rank; /* of the layer that it is of */
 };
 
 void lum_layer_sum_add(struct lum_layer_sum *sum, const struct lum_film *film, const struct lum_pass_stats *last,

@@ -214,7 +214,8 @@ static const struct lum_option_row rows[] = {
     {"error", "E", POSITIVE(error), .help =
         "stop each frame once its relative error is below E with 95 % confidence; a frame that takes\n"
         "seconds says when that is expected. Exit status 3: the picture is there, but not within E,\n"
-        "because --spp or --time ended it first or its method, other than path and live, adds no samples"},
+        "because --spp or --time ended it first, 64 samples found no light, or its method, other than\n"
+        "path and live, adds no samples"},
     {"effects-off", "A,B", OTHER(read_effects, effects_off), .help =
         "effects to leave out, of those named below"},
     {"effects-on", "A,B", OTHER(read_effects, effects_on), .help =

@@ -2,6 +2,10 @@
 
 #include <string.h>
 
+/* As many as lumend render takes by itself. What a picture of 300 x 200 has not met in 4 million paths it may meet in
+ * 65536 samples, in hours; whoever waits for an error is to hear before that there is nothing to be seen. */
+#define UNLIT_SPP 64u
+
 static bool is_within(const struct lum_view_budget *budget, const struct lum_pass_stats *pass)
 {
     bool known = pass->error.fresh == 1.0; /* and not guessed from pictures before */
@@ -22,6 +26,8 @@ const char *lum_budget_stop(const struct lum_view_budget *budget, const struct l
         return "error";
     if (pass->complete)
         return "spp";
+    if (budget->error.set && pass->unlit && pass->spp >= UNLIT_SPP)
+        return "black";
     /* One more like the last would end further from the time than this one did. */
     return budget->time_ms.set && spent_ms + 0.5 * pass->ms >= budget->time_ms.value ? "time" : NULL;
 }

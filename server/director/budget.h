@@ -10,8 +10,9 @@
 #include "server/director/view_params.h"
 
 /* After a pass, with spent_ms since the last change: why no further one is called for: "error", "time", "spp" (it has
- * its samples), "whole" (of methods that add none: they stop by "error", too, but not before all is known that is to be
- * known of it). NULL: it goes on; a picture of no whole sample always does. */
+ * its samples), "black" (so far they found no light, so that there is no error to be told), "whole" (of methods that
+ * add none: they stop by "error", too, but not before all is known that is to be known of it). NULL: it goes on; a
+ * picture of no whole sample always does. */
 const char *lum_budget_stop(const struct lum_view_budget *budget, const struct lum_method *method,
                             const struct lum_pass_stats *pass, double spent_ms);
 

@@ -1,5 +1,6 @@
 /* What probes say of a picture's error, against the error where the truth is known. Of views: error_views_test.c. */
 #include "core/render/error_probes.h"
+#include "core/render/measure.h"
 #include "tests/numeric/stats.h"
 #include "tests/support/rig.h"
 
@@ -296,10 +297,12 @@ static void what_was_measured_fades(void **state)
     draw_picture(&s, everywhere);
     for (int round = 0; round < 2; round++)
         RIG_OK(lum_error_probes_trace(s.probes, &s.pass, 8000, &s.runner));
-    double rel = lum_error_probes_error(s.probes, &s.film).rel;
+    double rel = lum_error_probes_error(s.probes, &s.film).rel, n_known = lum_error_probes_known(s.probes);
+    assert_true(n_known == lum_error_probes_error(s.probes, &s.film).probes);
     next_picture(&s);
     struct lum_film_error old = lum_error_probes_error(s.probes, &s.film);
     assert_true(old.fresh == 0.0 && old.probes == 0.0 && fabs(old.rel / rel - 1.0) < 1e-6);
+    assert_true(fabs(lum_error_probes_known(s.probes) / n_known - 0.7) < 1e-6);
     double fresh = 0.0;
     for (int picture = 0; picture < 3; picture++) {
         RIG_OK(lum_error_probes_trace(s.probes, &s.pass, 8000, &s.runner));
@@ -313,6 +316,30 @@ static void what_was_measured_fades(void **state)
     lum_error_probes_begin(s.probes, false);
     assert_true(isnan(lum_error_probes_error(s.probes, &s.film).bound));
     sky_end(&s);
+}
+
+/* Time that went without a ray, as of pictures so small that they buy none, is not taken from the next one's share. */
+static void a_share_is_of_its_own_time(void **state)
+{
+    (void)state;
+    double rays[2];
+    for (int timed = 0; timed < 2; timed++) {
+        struct sky s;
+        sky_begin(&s, 1);
+        draw_picture(&s, everywhere);
+        s.rig.settings.deterministic = false;
+        s.rig.settings.error_share = 0.05;
+        struct lum_measurement m = {.ms = 1e6};
+        lum_measure_begin(&m, false);
+        /* less than went before, and far more than these rays take */
+        const struct lum_measure_cost cost = {.rays = 300000, .ms = timed ? 0.9e6 / 0.05 : 0.0, .first = true};
+        lum_measure_share(&m, &s.pass, s.pass.on, cost, &s.runner);
+        assert_true(m.n_known == m.error.probes);
+        rays[timed] = m.rays;
+        lum_measure_finish(&m);
+        sky_end(&s);
+    }
+    assert_true(rays[0] > 0.0 && rays[1] > rays[0]);
 }
 
 /* However few pixels there are, they get paths: one pixel, where a call allows fewer rays than a path takes. A picture
@@ -344,10 +371,15 @@ static void odd_pictures(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_estimate_is_unbiased),       cmocka_unit_test(what_is_bright_and_small_is_found),
-        cmocka_unit_test(what_few_paths_find_is_covered), cmocka_unit_test(few_probes_cover_as_well),
-        cmocka_unit_test(threads_do_not_change_it),       cmocka_unit_test(a_map_shows_where),
-        cmocka_unit_test(what_was_measured_fades),        cmocka_unit_test(odd_pictures),
+        cmocka_unit_test(the_estimate_is_unbiased),
+        cmocka_unit_test(what_is_bright_and_small_is_found),
+        cmocka_unit_test(what_few_paths_find_is_covered),
+        cmocka_unit_test(few_probes_cover_as_well),
+        cmocka_unit_test(threads_do_not_change_it),
+        cmocka_unit_test(a_map_shows_where),
+        cmocka_unit_test(what_was_measured_fades),
+        cmocka_unit_test(a_share_is_of_its_own_time),
+        cmocka_unit_test(odd_pictures),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -15,7 +15,8 @@ static void only_what_nothing_shines_in_is_surely_black(void **state)
     (void)state;
     static const char *const methods[] = {"path", "live", "tic"};
     for (size_t i = 0; i < LUM_ARRAY_LEN(methods); i++)
-        for (int lit = 0; lit < 2; lit++) {
+        for (int k = 0; k < 4; k++) {
+            const bool lit = k & 1, measured = k & 2;
             struct rig r;
             rig_begin(&r, 2);
             rig_room(&r);
@@ -25,13 +26,14 @@ static void only_what_nothing_shines_in_is_surely_black(void **state)
             r.settings.w = 24;
             r.settings.h = 16;
             r.settings.method = lum_method_find(methods[i]);
-            r.settings.error_share = LUM_ERROR_SHARE;
+            r.settings.error_share = measured ? LUM_ERROR_SHARE : 0.0;
             r.settings.measure_at_rest = true;
             r.settings.max_spp = 16;
             struct lum_pass_stats stats = rig_pass(&r);
             while (!stats.complete)
                 stats = rig_pass(&r);
             assert_true(lum_film_mean_luminance(lum_view_film(r.view)) == 0.0);
+            assert_true(stats.unlit == lit);
             if (lit)
                 assert_true(isnan(stats.error.bound));
             else
@@ -63,6 +65,30 @@ static void what_rest_did_is_forgotten(void **state)
     r.settings.camera.position.x += 0.01;
     struct lum_pass_stats stats = rig_pass(&r);
     assert_true(stats.error.fresh == 0.0 && fabs(stats.error.rel / first - 1.0) < 1e-6);
+    rig_end(&r);
+}
+
+/* Few probes are few also where all of them are of the picture before: pixels side by side are surer then. */
+static void few_of_before_are_few(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 2);
+    rig_room(&r);
+    rig_bulb(&r, "lamp", rig_v(0, 2.5, 0), 100);
+    rig_commit(&r);
+    r.settings.w = W;
+    r.settings.h = H;
+    r.settings.method = lum_method_find("path");
+    r.settings.deterministic = true;
+    r.settings.error_share = 0.1; /* of about 30000 rays; a probe takes some ten */
+    struct lum_pass_stats stats = rig_pass(&r);
+    assert_true(stats.rays[LUM_RAY_PROBE] > 0 && stats.error.fresh == 1.0);
+    r.settings.error_share = 1e-9; /* no path of its own */
+    r.settings.camera.position.x += 0.01;
+    stats = rig_pass(&r);
+    assert_true(stats.rays[LUM_RAY_PROBE] == 0);
+    assert_true(stats.error.fresh == 1.0 && stats.error.probes == (double)W * H);
     rig_end(&r);
 }
 
@@ -300,6 +326,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(only_what_nothing_shines_in_is_surely_black),
         cmocka_unit_test(what_rest_did_is_forgotten),
+        cmocka_unit_test(few_of_before_are_few),
         cmocka_unit_test(maps_add_up),
         cmocka_unit_test(it_covers_pictures_of_every_kind),
         cmocka_unit_test(a_dimmed_lamp_is_measured_at_rest),

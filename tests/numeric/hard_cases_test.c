@@ -3,6 +3,7 @@
 #include "tests/support/rig.h"
 
 #include "core/cache/kind.h"
+#include "core/cache/weight.h"
 #include "tests/support/closed_kind.h"
 
 #define LE 0.5
@@ -88,19 +89,21 @@ static double farthest_light(const struct rig *r)
     return far;
 }
 
-/* Records do not ask who is behind a wall: those of the lit side that are nearer to it than they reach serve what lies
- * beyond, on the floor and the ceiling (as in Ward 1988). So the dark room is black until somebody has looked at the
- * lit one; then as far from the wall as records reach. That is the accuracy times a metre (thesis, 6.2.5), or 1.5 times
- * what is around them, at most a tenth of the scene of 6.4 m; but at least 8 pixels, of up to 4 m / 96 here, and two
- * more where a quarter of the pixels stand for all. What gets there is of a strip of that width on one side of the
- * wall. */
+/* Records do not ask who is behind a wall: those of the lit side that are nearer to it than they reach count in what
+ * lies beyond, on the floor and the ceiling (as in Ward 1988). So the dark room is black until somebody has looked at
+ * the lit one; then as far from the wall as records count. That is the accuracy times a metre (thesis, 6.2.5), or 1.5
+ * times what is around them, at most a tenth of the scene of 6.4 m; but at least 8 pixels, of up to 4 m / 96 here, and
+ * two more where a quarter of the pixels stand for all. Those of `live` serve as far, but 4 pixels at least, and count
+ * twice as far, where the dark room's own serve (weight.h). What gets there is of a strip of that width on one side of
+ * the wall. */
 static void walls_keep_light_out(struct hard *h)
 {
     struct rig *r = &h->r;
     const struct lum_cache_kind *cache = h->method->cache;
     bool in_metres = cache == &lum_cache_instant || cache == &lum_cache_temporal;
     const double accuracy = (double)r->settings.cache_accuracy, pixels = 10.0 * 4.0 * 2.0 * tan(40.0 * PI / 180) / 96;
-    const double reach = !cache ? 0.0 : in_metres ? accuracy : fmax(1.5 * accuracy * 0.64, pixels);
+    const double per_serving = cache == &lum_cache_live ? 1.0 / (double)LUM_TENT_SERVES : 1.0;
+    const double reach = !cache ? 0.0 : in_metres ? accuracy : fmax(per_serving * 1.5 * accuracy * 0.64, pixels);
     static const double thick[] = {0.02, 1e-3, 0};
     r->settings.w = r->settings.h = 96;
     r->settings.max_spp = 1;

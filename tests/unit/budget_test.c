@@ -60,6 +60,20 @@ static void the_first_one_ends_it(void **state)
     assert_string_equal(stop(&none, "path", &pass, 1.0), "spp");
 }
 
+/* What is black has no error to wait for: that is said after 64 samples. Without an error asked for it goes on. */
+static void a_black_picture_ends_early(void **state)
+{
+    (void)state;
+    const struct lum_view_budget budget = {.error = {true, 0.1}}, none = {0};
+    struct lum_pass_stats pass = {.spp = 63, .unlit = true, .error = LUM_FILM_ERROR_UNKNOWN};
+    assert_string_equal(stop(&budget, "path", &pass, 50.0), "");
+    pass.spp = 64;
+    assert_string_equal(stop(&budget, "path", &pass, 50.0), "black");
+    assert_string_equal(stop(&none, "path", &pass, 50.0), "");
+    pass.unlit = false;
+    assert_string_equal(stop(&budget, "path", &pass, 50.0), "");
+}
+
 /* ---- what is expected ---- */
 
 #define SAMPLE_MS 20.0
@@ -176,6 +190,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_time_is_met_within_half_a_pass),
         cmocka_unit_test(the_first_one_ends_it),
+        cmocka_unit_test(a_black_picture_ends_early),
         cmocka_unit_test(the_end_is_predicted),
         cmocka_unit_test(what_came_is_told_beside_what_was_expected),
         cmocka_unit_test(a_method_without_samples_says_at_once),

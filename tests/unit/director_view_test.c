@@ -289,6 +289,21 @@ static void a_method_without_samples_is_judged(void **state)
     assert_non_null(strstr(final_stats(c, 2), "\"stopped_by\":\"whole\",\"budget_verdict\":\"missed\""));
 }
 
+/* What shines below the floor lights nothing that is seen: no error is waited for. When it comes up, it is. */
+static void a_black_picture_says_why_it_ends(void **state)
+{
+    struct client *c = *state;
+    client_apply(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/position\",\"value\":[0,-2,0]}]");
+    client_open_view(c, LUM_CODEC_RGBA8);
+    assert_taken(update_view(c, "{\"view_id\":1,\"method\":\"path\",\"budget\":{\"error\":0.5},\"camera_seq\":1}"));
+    const char *stats = final_stats(c, 1);
+    assert_non_null(strstr(stats, "\"stopped_by\":\"black\",\"budget_verdict\":\"missed\""));
+    assert_non_null(strstr(stats, "\"spp\":64,"));
+    client_apply(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/position\",\"value\":[0,2,0]}]");
+    assert_taken(update_view(c, "{\"view_id\":1,\"camera_seq\":2}"));
+    assert_non_null(strstr(final_stats(c, 2), "\"stopped_by\":\"error\",\"budget_verdict\":\"met\""));
+}
+
 /* Of illuminance the picture is another one: passes run for it, and it is grey where there is no surface. Back, it is
  * the one that it was. */
 static void illuminance_is_a_picture_of_its_own(void **state)
@@ -488,6 +503,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(at_rest_the_picture_is_larger, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(effects_are_forced_and_given_back, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_method_without_samples_is_judged, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(a_black_picture_says_why_it_ends, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_spent_time_leaves_a_whole_picture, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_time_holds_for_what_is_new, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(samples_end_what_a_budget_does_not, client_setup, client_teardown),

@@ -111,6 +111,8 @@ static void light_groups_of_caches_sum_up(void **state)
 
 struct said {
     double rel, bound, mean; /* luminance */
+    bool known;              /* rel and bound are */
+    int spp;
     char stopped_by[8];
     int status;
 };
@@ -131,8 +133,10 @@ static struct said render(const char *options)
     char *text = cli_read_text(cli_in_dir("e.json"));
     cJSON *o = lum_json_parse(text, strlen(text), &err);
     const cJSON *frame = cJSON_GetArrayItem(cli_member(o, "frames"), 0), *error = cli_member(frame, "error");
-    said.rel = cli_member(error, "rel")->valuedouble;
-    said.bound = cli_member(error, "bound")->valuedouble;
+    said.spp = cli_member(frame, "spp")->valueint;
+    said.known = cJSON_IsObject(error);
+    said.rel = said.known ? cli_member(error, "rel")->valuedouble : (double)NAN;
+    said.bound = said.known ? cli_member(error, "bound")->valuedouble : (double)NAN;
     snprintf(said.stopped_by, sizeof said.stopped_by, "%s", cli_member(frame, "stopped_by")->valuestring);
     cJSON_Delete(o);
     free(text);
@@ -182,12 +186,45 @@ static void an_error_holds_for_the_sum(void **state)
     }
 }
 
+/* A lamp that is off, and one that shines in a box, have black layers. Nobody waits for their error, the sum has that
+ * of the others, and where there are no others it is not known. */
+static void black_layers_end_early(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"path", "live"};
+    static const char boxed[] =
+        "{\"lumend\":1,\"kind\":\"scene\"}\n"
+        "{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"shell\",\"shape\":\"box\"}\n"
+        "{\"op\":\"add\",\"type\":\"material\",\"id\":\"tin\"}\n"
+        "{\"op\":\"add\",\"type\":\"object\",\"id\":\"case\",\"mesh\":\"shell\",\"material\":\"tin\","
+        "\"transform\":{\"translate\":[0,-20,0]}}\n"
+        "{\"op\":\"add\",\"type\":\"light\",\"id\":\"boxed\",\"kind\":\"point\",\"position\":[0,-20,0],"
+        "\"flux_lm\":100}\n"
+        "{\"op\":\"set\",\"id\":\"globe\",\"path\":\"/on\",\"value\":false}\n";
+    for (size_t m = 0; m < LUM_ARRAY_LEN(methods); m++) {
+        char line[128], edits[1200];
+        snprintf(line, sizeof line, "--method %s --light-groups --error 1 --edits @boxed.jsonl", methods[m]);
+        cli_write_text(cli_in_dir("boxed.jsonl"), boxed);
+        struct said said = render(line);
+        assert_true(said.mean > 0.0 && said.rel < said.bound && said.bound <= 1.0 && said.spp < 64);
+        assert_string_equal(said.stopped_by, "error");
+        assert_int_equal(said.status, LUM_EXIT_OK);
+        snprintf(edits, sizeof edits, "%s%s", boxed,
+                 "{\"op\":\"set\",\"id\":\"ceiling-panel\",\"path\":\"/on\",\"value\":false}\n");
+        cli_write_text(cli_in_dir("boxed.jsonl"), edits);
+        said = render(line);
+        assert_true(said.mean == 0.0 && !said.known && said.spp == 64);
+        assert_string_equal(said.stopped_by, "black");
+        assert_int_equal(said.status, LUM_EXIT_MISSED);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(light_groups_sum_to_the_whole), cmocka_unit_test(surfaces_that_shine_have_groups),
         cmocka_unit_test(light_groups_of_caches_sum_up), cmocka_unit_test(the_error_is_that_of_the_sum),
-        cmocka_unit_test(an_error_holds_for_the_sum),
+        cmocka_unit_test(an_error_holds_for_the_sum),    cmocka_unit_test(black_layers_end_early),
     };
     return cmocka_run_group_tests(tests, cli_make_dir, cli_remove_dir);
 }

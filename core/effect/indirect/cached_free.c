@@ -80,7 +80,7 @@ static bool look_up(const struct free_run *run, struct lum_vec3 p, struct lum_ve
         if (w > 0.0f)
             note_use(run, found[k]->index);
     }
-    if (!(weights > 0.0f))
+    if (!(weights > 0.0f)) /* what counts here serves: of WARD, which is all that comes here (of TENTS it is half) */
         return false;
     *ret_irradiance = lum_rgb_scale(sum, 1.0f / weights);
     return true;

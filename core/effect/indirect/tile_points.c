@@ -226,7 +226,7 @@ void lum_tile_points_serve(const struct lum_lookup *l, const struct lum_candidat
 
 #define GROUP 64u /* points that are summed together: a block of 8 x 8 where all pixels take part */
 
-/* Sums are of differences to the first record that serves a point: what all agree on stays exact. */
+/* Sums are of differences to the first record that counts at a point: what all agree on stays exact. */
 struct sums {
     _Alignas(64) float weight[GROUP];
     float first[3][GROUP], sum[3][GROUP];

@@ -75,6 +75,14 @@ test('what the server expects of the chosen error is told with its range, while 
     assert.equal(expected({ predicted: null }), null);
 });
 
+test('of a picture that stays black no error is in sight', () => {
+    const c = new Convergence();
+    c.stats({ ...FRAME, spp: 64, error: null }, 1000);
+    assert.deepEqual(c.outlook('10 %', 1024), { is: 'unknown' });
+    c.stats({ ...FRAME, spp: 64, error: null, stopped_by: 'black', converged: true }, 1100);
+    assert.deepEqual(c.outlook('10 %', 1024), { is: 'not in sight' });
+});
+
 test('what is flat, or more than a day away, is not in sight', () => {
     const flat = new Convergence();
     const slow = new Convergence();

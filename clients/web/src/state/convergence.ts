@@ -138,9 +138,10 @@ export function fitOf(points: readonly Point[]): Fit | null {
     return { slope, at1s: Math.exp(my - slope * mx) };
 }
 
-function errorOutlook({ s, points }: Course, fit: Fit | null, target: number): Outlook {
+function errorOutlook({ s, points, stopped }: Course, fit: Fit | null, target: number): Outlook {
     const first = points.find((p) => p.bound <= target);
     if (first) return { is: 'reached', s: first.s };
+    if (stopped === 'black') return { is: 'not in sight' };
     if (!fit) return { is: 'unknown' };
     const then = fit.slope < 0 ? Math.max(s, (target / fit.at1s) ** (1 / fit.slope)) : Infinity;
     return then - s < LONGEST_S ? { is: 'ahead', s: then } : { is: 'not in sight' };
