@@ -1,7 +1,8 @@
 """Absent effects cost nothing: instructions of a frame, counted by callgrind, with an effect that the scene does
 not call for, against the same frame with it forced off. "Compiled out" is realised as forced off: the renderer has no other way
 of being without an effect. Counted: what passes do (lum_view_pass and the tiles of its stages), not the reading of the scene.
-callgrind counts repeat exactly; valgrind runs Embree without AVX-512."""
+callgrind counts repeat exactly where no number of rays is a matter of time (--deterministic); valgrind runs Embree without
+AVX-512."""
 import concurrent.futures
 import json
 import os
@@ -53,7 +54,8 @@ def scene_without(effects):
 
 def instructions(scene, method, name, *options):
     """Of the passes of one picture; name: of the files it leaves."""
-    command = [LUMEND, "render", "--scene", scene, "--method", method, "--size", "24x16", "--spp", "1", "--threads", "1", "--out",
+    command = [LUMEND, "render", "--scene", scene, "--method", method, "--size", "24x16", "--spp", "1", "--threads", "1",
+               "--deterministic", "--out",
                name + ".png", "--stats", name + ".json", *options]
     valgrind = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", "--toggle-collect=lum_view_pass",
                 "--toggle-collect=run_tile"]

@@ -42,9 +42,9 @@ static struct lum_vec2 point_of(const struct lum_area_view *v, uint32_t k)
     return lum_area_scramble(point, v->scramble, v->scramble >> 12);
 }
 
-/* Places on discs and meshes are the same for all who look, but those who are near one without a closed form: they are found
- * once, and each pixel takes one of a stratum. Finding one on a textured mesh for every pixel took a sixteenth of a
- * first frame of sibenik. */
+/* Places on discs and meshes are the same for all who look, but those who are near one without a closed form: they are
+ * found once, and each pixel takes one of a stratum. Finding one on a textured mesh for every pixel took a sixteenth of
+ * a first frame of sibenik. */
 static bool sample(const struct lum_area_view *v, uint32_t k, struct lum_light_sample *ret_sample)
 {
     const struct lum_area_visibility *area = &v->layer->area;
