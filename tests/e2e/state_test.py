@@ -1,6 +1,7 @@
 """--state: what was answered is there again, after any end.
 
-LUMEND_KILLS=N kills the daemon N times under load instead of 20; LUMEND_SEED=N chooses other moments, edits and ends.
+LUMEND_KILLS=N kills the daemon N times under load instead of 20, LUMEND_HOURS=N has ten clients edit for N hours instead of
+one; LUMEND_SEED=N chooses other moments, edits and ends.
 """
 import collections
 import json
@@ -22,9 +23,11 @@ from wsclient import LAST_TILE, WAIT_S, Closed, RpcError, tile_header
 HERE = os.path.dirname(os.path.abspath(__file__))
 KILLS = int(os.environ.get("LUMEND_KILLS", "20"))
 SEED = int(os.environ.get("LUMEND_SEED", "7"))
+HOURS = int(os.environ.get("LUMEND_HOURS", "1"))
 CLIENTS = 4
 WINDOW = 6  # edits of one client that wait for their answers
 EDITS = 450  # of one client in one run: a burst of the server's limit of messages has 480
+HOUR_CLIENTS, HOUR_EDITS = 10, 360  # one in ten seconds; time that nothing happens in is left out
 BIG_MESH = {"op": "add", "type": "mesh", "positions": [round(i % 977 / 3 + 0.1, 6) for i in range(9000)],
             "indices": list(range(2997))}  # 80 kB of text, and content of its own in a snapshot
 
@@ -131,8 +134,8 @@ def request_of(edit):
 class Client:
     """Edits its own records as fast as they are answered, until the daemon is gone."""
 
-    def __init__(self, who):
-        self.who = who
+    def __init__(self, who, n_edits=EDITS):
+        self.who, self.n_edits = who, n_edits
         self.user = None     # its name, which it takes again after each start
         self.model = Model(who)  # as it was at the last check
         self.n = 0
@@ -160,7 +163,7 @@ class Client:
         does an import, before which a later edit may be done."""
         ahead, waiting = copy_of(self.model), []
         try:
-            while len(self.sent) < EDITS:
+            while len(self.sent) < self.n_edits:
                 edit = ahead.next_edit(rng, self.n)
                 while waiting and (len(waiting) == WINDOW or "import" in (edit[0], self.sent[-1][0]) or
                                    edit[0] in ("remove", "undo", "redo")):
@@ -272,26 +275,33 @@ class Kill(unittest.TestCase):
         return found["scene_rev"]
 
     def test_what_was_answered_is_there(self):
-        clients = [Client(who) for who in range(CLIENTS)]
+        self.edit_and_kill([Client(who) for who in range(CLIENTS)], KILLS, (0, 1, 5, 20, 60, 150))
+
+    def test_hours_of_edits(self):
+        """What ten clients edit is what a model says, hour after hour; then it is killed, with nothing under way."""
+        self.edit_and_kill([Client(who, HOUR_EDITS) for who in range(HOUR_CLIENTS)], HOURS, (HOUR_CLIENTS * HOUR_EDITS,))
+
+    def edit_and_kill(self, clients, n_kills, acks):
+        """Kills as often, each after one of so many answers."""
         rev, n_acked, started = 1, 0, time.monotonic()
         self.n_killed_starts, self.n_snapshots, self.n_made = 0, 0, 0
-        for i in range(KILLS):
+        for i in range(n_kills):
             daemon = self.start()
             if i > 0:
                 rev = self.check(daemon, clients, rev)
-            self.load(daemon, clients, self.rng.choice((0, 1, 5, 20, 60, 150)))
+            self.load(daemon, clients, self.rng.choice(acks))
             n_acked += sum(client.n_acked for client in clients)
             done = state("check", self.folder)
             self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
         with self.start() as daemon:
             self.check(daemon, clients, rev)
-        print(f"{KILLS} kills under load, {self.n_killed_starts} in a start, {n_acked} edits answered, none lost, "
+        print(f"{n_kills} kills under load of {len(clients)}, {self.n_killed_starts} in a start, {n_acked} edits answered, none lost, "
               f"{self.n_snapshots} snapshots meanwhile, in {time.monotonic() - started:.0f} s; LUMEND_SEED={SEED}")
         for what, seconds in (("that it is ready", self.ready_s), ("the first frame", self.frame_s)):
             seconds.sort()
             print(f"from a start to {what}: median {statistics.median(seconds):.3f} s, 95 % "
                   f"{seconds[len(seconds) * 95 // 100]:.3f} s, longest {seconds[-1]:.3f} s")
-        self.assertGreater(n_acked, KILLS)
+        self.assertGreater(n_acked, n_kills)
         self.assertGreater(self.n_made, 0, "no model was imported")
 
 

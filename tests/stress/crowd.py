@@ -2,15 +2,19 @@
 """A crowd that edits one scene while others attack: is every edit still seen, how soon, and does memory stay flat?
 
 usage: LUMEND=build/release/bin/lumend tests/stress/crowd.py [--seconds 1800] [--clients 50] [--attackers 10] [--interval 30]
+           [--elsewhere]
 
 Each client has a view and a lamp of its own, changes it now and then, and waits for the first whole picture that shows it;
 clients leave, or are cut off, and others come. Quiet intervals alternate with those in which attackers, a process of their
-own, do what ATTACKS says, so that what the machine does besides hits both alike. Prints JSON: percentiles of edit to
+own, do what ATTACKS says, so that what the machine does besides hits both alike. With --elsewhere the attackers attack another
+daemon in quiet intervals: what they take of the processors themselves, where they and the daemon share a machine, is in both,
+too. Prints JSON: percentiles of edit to
 picture in both, and the slope of the daemon's memory after --warm seconds: a line through the means of each pair of
 intervals, with its standard error. Exit status 1 where a client was closed or refused, an edit was never seen, or an
 attacker could not attack.
 """
 import argparse
+import contextlib
 import json
 import math
 import os
@@ -237,6 +241,8 @@ def slope(points):
 
 
 def run_attackers(daemon, o):
+    if not daemon or not o.attackers:
+        return None
     return subprocess.Popen([sys.executable, os.path.abspath(__file__), "--attack", str(daemon.port), daemon.token,
                              "--attackers", str(o.attackers), "--attacks", o.attacks, "--seconds", str(o.interval)],
                             stdout=subprocess.PIPE, text=True, preexec_fn=lambda: os.nice(5))
@@ -252,6 +258,7 @@ def main():
     parser.add_argument("--attacks", default=",".join(ATTACKS), help="what attackers do, in turn; default: %(default)s")
     parser.add_argument("--edits", type=float, default=2, help="a second, of all clients: the views of all show each")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--elsewhere", action="store_true", help="in quiet intervals another daemon is attacked")
     parser.add_argument("--attack", nargs=2, metavar=("PORT", "TOKEN"), help=argparse.SUPPRESS)
     o = parser.parse_args()
     if o.attack:
@@ -259,18 +266,19 @@ def main():
         return 0
     took, means, sent = {"quiet": [], "attacked": []}, [], {}
     begin = time.monotonic()
-    with Daemon() as daemon:
+    with Daemon() as daemon, (Daemon() if o.elsewhere else contextlib.nullcontext()) as other:
         crowd = Crowd(daemon, o.clients, o.seed, o.edits)
         while time.monotonic() - begin < o.seconds:
             pair = []
             for kind in took:
-                attackers = run_attackers(daemon, o) if kind == "attacked" and o.attackers else None
+                attackers = run_attackers(daemon if kind == "attacked" else other, o)
                 edits, memory = crowd.interval(o.interval)
                 took[kind] += [seconds for at, seconds in edits if at >= SETTLE_S]
                 pair += memory
                 if attackers:
-                    for name, n in json.loads(attackers.communicate()[0]).items():
-                        sent[name] = sent.get(name, 0) + n
+                    told = json.loads(attackers.communicate()[0])
+                    for name in told if kind == "attacked" else ():
+                        sent[name] = sent.get(name, 0) + told[name]
             now = time.monotonic() - begin
             means.append((now, sum(pair) / len(pair)))
             print(f"{now:.0f} s: p95 " + ", ".join(f"{k} {percentile(v, .95):.3f} s" for k, v in took.items() if v) +
