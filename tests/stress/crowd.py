@@ -20,6 +20,7 @@ import math
 import os
 import random
 import select
+import socket
 import subprocess
 import sys
 import time
@@ -57,10 +58,9 @@ class Client:
 
     def take(self):
         """What has come; returns the seconds that an edit took until it was seen, or None."""
+        if not self.ws.sock.recv(1, socket.MSG_PEEK):  # it was readable
+            raise Closed()
         self.ws.sip(1 << 18)
-        if not self.ws.replies and not self.ws.binaries and not self.ws.notifications and not self.ws.buffer:
-            if not self.ws.sock.recv(1):  # it was readable: what came was a ping, or the end
-                raise Closed()
         now = time.monotonic()
         for tile in self.ws.binaries:
             header = tile_header(tile)
