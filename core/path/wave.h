@@ -7,7 +7,17 @@
 #include "core/material/bsdf.h"
 #include "core/math/sampler.h"
 #include "core/math/sampler_pairs.h"
+#include "core/medium/collide.h"
 #include "core/trace/rays.h"
+
+/* Of a path that fog has scattered on a segment that the eye sees: that segment, and where. Its single scattering is
+ * sampled in another way, too (lum_medium_scatter), against which a light that the path meets is weighted. */
+struct lum_path_origin {
+    struct lum_vec3 o, d;
+    float tmax, t;
+    uint32_t medium;
+    float pdf; /* of t and medium; 0: there is no such segment */
+};
 
 /* What a path carries from one vertex to the next. */
 struct lum_path {
@@ -24,11 +34,24 @@ struct lum_path {
     uint8_t effect;    /* that what it finds counts as. LUM_EFFECT_ANTIALIAS: nothing but panes was in its way */
     uint32_t n_panes;  /* that it went straight through on its way from vertices that spread light: no shadow ray
                         * counts those, and they are no part of its depth */
-    float survival;    /* roulette: it lives on with this chance, times its throughput */
+    uint32_t n_scattered; /* by fog. Beyond LUM_WAVE_SCATTERED_MAX no part of its depth either */
+    struct lum_path_origin from;
+    float survival;       /* roulette: it lives on with this chance, times its throughput */
     float roulette_scale; /* roulette takes throughput without it: the squared relative indices that it carries, and
                            * what guiding takes from it */
     uint32_t slot;        /* where its radiance is summed */
     struct lum_sampler sampler;
+};
+
+#define LUM_WAVE_SCATTERED_MAX 16u
+
+/* What fog does to a path on a segment that a batch came back with. */
+struct lum_wave_fog {
+    bool scatters;             /* at hit; else it goes on from where the segment ends */
+    bool seen;                 /* the eye sees the segment: its end is looked at in any case */
+    float pass;                /* then: chance with which the path goes on from there, if it is not scattered */
+    struct lum_rgb throughput; /* at the start of the segment */
+    struct lum_collision hit;
 };
 
 /* Light that a path brings home: at the end, multiplied by the power of the light; LUM_NO_OBJECT: from what shines
@@ -68,7 +91,7 @@ struct lum_path_guide;
 struct lum_portals;
 struct lum_path_guide_notes;
 
-/* The paths that are alive, densely packed: path i has ray i. About 60 KiB: lives on a worker's stack. */
+/* The paths that are alive, densely packed: path i has ray i. About 90 KiB: lives on a worker's stack. */
 struct lum_wave {
     const struct lum_snapshot *snapshot;
     struct lum_counters *counters;
@@ -77,6 +100,7 @@ struct lum_wave {
     float gloss_survival;    /* of paths of lum_wave_add_gloss: over what their pixel reflects in all, diffusely and
                                 otherwise */
     bool media;              /* there are some, and they are wanted */
+    bool scatters;           /* likewise: they scatter light any number of times */
     bool panes;              /* likewise: light goes straight through them */
     bool illuminance;        /* paths of lum_wave_add_eye find illuminance / pi where they first arrive, and nothing of
                                 what is before that. Set after lum_wave_begin */
@@ -85,6 +109,7 @@ struct lum_wave {
                          started the paths counts them. Of the sky what is brighter than apart_cd_m2 is one */
     float apart_cd_m2;
     bool at_first;    /* while the first segments of eye paths are looked at */
+    bool in_fog;      /* fog holds for the segments that are looked at */
     bool every_light; /* vertices sample every light, and do not pick one; of at most LUM_WAVE_LIGHTS that are on */
     /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light whose direct light nothing gets (the eye and mirrors
      * still see what shines, and what they light by way of a diffuse surface is another effect), and lobes that no path
@@ -93,6 +118,7 @@ struct lum_wave {
     struct lum_rays rays;
     struct lum_hits hits;
     struct lum_path path[LUM_RAY_BATCH];
+    struct lum_wave_fog fog[LUM_RAY_BATCH]; /* by ray of the batch that came back */
     struct lum_rays shadow_rays;
     struct lum_gain shadow_gain[LUM_RAY_BATCH];
     uint8_t shadow_kind[LUM_RAY_BATCH], shadow_effect[LUM_RAY_BATCH], occluded[LUM_RAY_BATCH];
