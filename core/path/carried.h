@@ -5,13 +5,14 @@
 #include "core/math/sampler.h"
 #include "core/medium/collide.h"
 
-/* Of a path that fog has scattered on a segment that the eye sees: that segment, and where. Its single scattering is
+/* Of a path that fog has scattered: on which segment, and where. What a light sends there straight is
  * sampled in another way, too (lum_medium_scatter), against which a light that the path meets is weighted. */
 struct lum_path_origin {
     struct lum_vec3 o, d;
     float tmax, t;
     uint32_t medium;
-    float pdf; /* of t and medium; 0: there is no such segment */
+    bool seen; /* by the eye */
+    float pdf; /* of t and medium; 0: the last vertex is none of fog */
 };
 
 /* What a path carries from one vertex to the next. */

@@ -23,8 +23,7 @@ static inline uint32_t lum_wave_pair(uint32_t depth, uint32_t pair)
 }
 
 struct lum_vertex {
-    const struct lum_bsdf *b;       /* NULL: a point in fog */
-    float g;                        /* then: of its phase function */
+    const struct lum_bsdf *b;
     const struct lum_wave_fog *fog; /* on the segment that ended here; NULL: none */
     struct lum_vec3 p, wo;
     uint32_t depth;
@@ -71,7 +70,7 @@ static inline bool lum_wave_leaves_out(const struct lum_wave *w, uint32_t light)
 /* As lum_lights_pick_from has it: what lies below is dark to what lets no light through. */
 static inline struct lum_vec3 lum_vertex_lit_normal(const struct lum_bsdf *b)
 {
-    return !b || b->glass > 0.0f || b->far_prob > 0.0f ? lum_v3(0.0f, 0.0f, 0.0f) : b->frame.n;
+    return b->glass > 0.0f || b->far_prob > 0.0f ? lum_v3(0.0f, 0.0f, 0.0f) : b->frame.n;
 }
 
 /* Vertices that a path has behind it and that its greatest depth counts. */
@@ -111,7 +110,7 @@ void lum_wave_add_segment(struct lum_wave *w, const struct lum_rays *rays, uint3
 /* ---- wave_fog.c ---- */
 /* The batch came back: what its segments gain and lose in media, and which paths are scattered there. */
 void lum_wave_cross_media(struct lum_wave *w, uint32_t depth);
-/* Ray i of the batch, which fog scatters: light that is sampled from there, and the path that goes on. */
+/* Ray i of the batch, which fog scatters: the path that goes on from there. */
 void lum_wave_scatter_in_fog(struct lum_wave *w, uint32_t i, uint32_t depth);
 /* pdf with which lum_medium_scatter would have found light i from path->from, given that of a light sample there. */
 float lum_wave_origin_pdf(const struct lum_wave *w, const struct lum_path *path, uint32_t light, float pdf_sa);

@@ -199,7 +199,7 @@ static void add(struct lum_wave *w, const struct lum_path *path, uint32_t light,
     /* What the diffuse lobe's ray meets first is the lamp's own light, sampled in the other way. */
     bool direct = path->effect == LUM_EFFECT_INDIRECT_DIFFUSE && !path->was_indirect && light != LUM_NO_OBJECT;
     uint8_t effect = direct ? (uint8_t)lum_light_effect(&w->snapshot->lights.lights[light]) : path->effect;
-    if (effect == LUM_EFFECT_SCATTERING && path->from.pdf > 0.0f) /* once: likewise */
+    if (effect == LUM_EFFECT_SCATTERING && path->from.pdf > 0.0f && path->from.seen) /* once: likewise */
         effect = LUM_EFFECT_MEDIA;
     lum_wave_bring_home(w, &(struct lum_gain){path->slot, light, value}, effect);
 }

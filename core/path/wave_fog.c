@@ -1,10 +1,14 @@
 /* Paths in fog (medium/medium.h, medium/collide.h).
  *
+ * On each segment one point in each medium scatters the light of one light, at a distance that is drawn for it: by the
+ * angle under which the light sees the segment, half the time, or the variance near a lamp would have no bound. A light
+ * that a path meets after fog has scattered it is weighed against that point, by the densities of distance and
+ * direction together. So no light is sampled from where a path is scattered.
+ *
  * On segments that the eye sees, straight or by mirrors and clear glass, what shines or is lit at the end is always
- * looked at, dimmed; and one point in each medium scatters the light of one light, at a distance that is drawn for it.
- * How the path goes on is a matter of chance: from the end, or from where fog scatters it. A light that it meets next
- * was scattered once: it is weighted against that point, by the densities of distance and direction together. On all
- * other segments the end, or the fog, is all that there is of a path, and light is sampled from there. */
+ * looked at, dimmed; how the path goes on is a matter of chance: from the end, or from where fog scatters it. On others
+ * the end, or the fog, is all that there is of a path. Without the effect `scattering` segments that the eye sees have
+ * their points, others do not, and no path is scattered. */
 #include "core/path/vertex.h"
 
 #include "core/light/tree.h"
@@ -42,8 +46,9 @@ static void queue_scatter(struct lum_wave *w, const struct lum_path *path, struc
     if (w->shadow_rays.n == LUM_RAY_BATCH)
         lum_wave_trace_shadows(w);
     bool has_ray = lum_shadow_ray(&w->shadow_rays, s.p, lum_v3(0, 0, 0), s.wi, s.distance);
-    uint8_t effect = lum_path_effect(path, LUM_EFFECT_MEDIA);
-    lum_wave_keep_light(w, &(struct lum_gain){path->slot, q.light, value}, LUM_RAY_MEDIA, effect, has_ray);
+    enum lum_effect of = path->seen ? LUM_EFFECT_MEDIA : LUM_EFFECT_SCATTERING;
+    lum_wave_keep_light(w, &(struct lum_gain){path->slot, q.light, value}, lum_effect_ray_kind(of),
+                        lum_path_effect(path, of), has_ray);
 }
 
 float lum_wave_origin_pdf(const struct lum_wave *w, const struct lum_path *path, uint32_t light, float pdf_sa)
@@ -86,7 +91,7 @@ void lum_wave_cross_media(struct lum_wave *w, uint32_t depth)
                         !lum_rgb_black(path->throughput);
         if (collides)
             lum_collider_init(&c, q.snapshot, q.o, q.d, q.tmax, path->throughput);
-        if (path->seen && depth < w->max_depth)
+        if (collides || (path->seen && depth < w->max_depth))
             for (q.medium = 0; q.medium < w->snapshot->n_media; q.medium++)
                 queue_scatter(w, path, q, depth, collides ? &c : NULL);
         if (collides) {
@@ -111,36 +116,26 @@ void lum_wave_scatter_in_fog(struct lum_wave *w, uint32_t i, uint32_t depth)
     struct lum_path path = w->path[i];
     struct lum_vec3 o = lum_v3(w->rays.ox[i], w->rays.oy[i], w->rays.oz[i]), d = lum_rays_direction(&w->rays, i);
     float tmax = w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i];
-    struct lum_vertex v = {.g = w->snapshot->media[fog->hit.medium].g,
-                           .p = lum_v3_mad(o, d, before_end(fog->hit.t, tmax)),
-                           .wo = lum_v3_neg(d),
-                           .depth = depth};
-    if (!(lum_max(fabsf(v.p.x), lum_max(fabsf(v.p.y), fabsf(v.p.z))) <= LUM_RAY_LIMIT))
+    float g = w->snapshot->media[fog->hit.medium].g;
+    struct lum_vec3 p = lum_v3_mad(o, d, before_end(fog->hit.t, tmax));
+    if (!(lum_max(fabsf(p.x), lum_max(fabsf(p.y), fabsf(p.z))) <= LUM_RAY_LIMIT))
         return; /* nobody sees that far */
     path.throughput = lum_rgb_mul(fog->throughput, fog->hit.weight);
     path.effect = lum_path_effect(&path, LUM_EFFECT_SCATTERING);
     path.n_scattered++;
-    if (!fog->seen) {
-        float pick = 0.5f;
-        if (w->snapshot->lights.n_active > 1)
-            pick = lum_sampler_2d(&path.sampler, lum_wave_pair(depth, LUM_WAVE_PAIR_PICK)).x;
-        lum_wave_sample_lights(w, &path, &v, pick);
-    }
     if (path.n_scattered >= LONG_WALK)
         path.roulette_scale /= LONG_WALK_SURVIVAL;
     if (lum_rgb_black(path.throughput) || !lum_wave_roulette(w, &path, depth))
         return;
     struct lum_vec3 wi =
-        lum_phase_hg_sample(v.g, d, lum_sampler_2d(&path.sampler, lum_wave_pair(depth, LUM_WAVE_PAIR_BSDF)));
-    path.p = v.p;
-    path.n = lum_v3(0, 0, 0);
-    path.pdf_sa = lum_phase_hg(v.g, lum_dot(d, wi));
-    path.from = (struct lum_path_origin){o, d, tmax, fog->hit.t, fog->hit.medium, fog->seen ? fog->hit.pdf : 0.0f};
-    path.every_light = !fog->seen && w->every_light;
-    path.plain = !fog->seen;
+        lum_phase_hg_sample(g, d, lum_sampler_2d(&path.sampler, lum_wave_pair(depth, LUM_WAVE_PAIR_BSDF)));
+    path.p = p;
+    path.pdf_sa = lum_phase_hg(g, lum_dot(d, wi));
+    path.from = (struct lum_path_origin){o, d, tmax, fog->hit.t, fog->hit.medium, fog->seen, fog->hit.pdf};
+    path.every_light = path.plain = false;
     path.direct_apart = false;
     path.indirect = path.was_indirect = true; /* its lights are no surface's direct light */
     w->counters->rays[LUM_RAY_SCATTERING]++;
     w->path[w->rays.n] = path;
-    lum_rays_push(&w->rays, v.p, wi, INFINITY);
+    lum_rays_push(&w->rays, p, wi, INFINITY);
 }

@@ -55,9 +55,7 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
 {
     uint32_t light = choice.light;
     enum lum_ray_kind kind = lum_light_ray_kind(&w->snapshot->lights.lights[light]);
-    if (!v->b) {
-        kind = LUM_RAY_SCATTERING;
-    } else if (lum_wave_leaves_out(w, light)) {
+    if (lum_wave_leaves_out(w, light)) {
         if (!path->indirect)
             return;
         kind = LUM_RAY_INDIRECT_DIFFUSE;
@@ -73,10 +71,7 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
     bool delta = !(ls.pdf_sa > 0.0f);
     float pdf = delta ? choice.prob : choice.prob * ls.pdf_sa, weight = 1.0f, bsdf_pdf_sa;
     struct lum_rgb f;
-    if (!v->b) {
-        f = lum_grey(lum_phase_hg(v->g, -lum_dot(v->wo, ls.wi)));
-        weight = delta ? 1.0f : lum_power_heuristic(pdf, f.g);
-    } else if (v->lobes_off && !delta) {
+    if (v->lobes_off && !delta) {
         f = lum_vertex_respond_in_part(v, ls.wi, pdf);
     } else {
         f = lum_bsdf_eval(v->b, v->wo, ls.wi, &bsdf_pdf_sa);
@@ -86,8 +81,7 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
     struct lum_rgb value = lum_rgb_mul(lum_rgb_mul(path->throughput, f), lum_rgb_scale(ls.radiance, weight / pdf));
     if (lum_rgb_black(value))
         return;
-    struct lum_vec3 ng = v->b ? v->b->ng : lum_v3(0, 0, 0);
-    bool has_ray = lum_shadow_ray(&w->shadow_rays, v->p, ng, ls.wi, ls.distance);
+    bool has_ray = lum_shadow_ray(&w->shadow_rays, v->p, v->b->ng, ls.wi, ls.distance);
     uint8_t effect = lum_path_effect(path, lum_light_effect(&w->snapshot->lights.lights[light]));
     lum_wave_keep_light(w, &(struct lum_gain){path->slot, light, value}, kind, effect, has_ray);
 }
