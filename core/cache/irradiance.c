@@ -64,8 +64,8 @@ static void trace_rays(struct building *b, uint64_t first, uint32_t n)
 {
     const struct lum_cache_job *job = b->job;
     const struct lum_cache_key *key = &job->cache->key;
-    uint32_t off = key->media ? 0 : LUM_EFFECT_BIT(LUM_EFFECT_MEDIA);
-    off |= key->lobes_off;
+    uint32_t off = key->lobes_off | LUM_EFFECT_BIT(LUM_EFFECT_SCATTERING); /* it is in none of these methods */
+    off |= key->media ? 0 : LUM_EFFECT_BIT(LUM_EFFECT_MEDIA);
     lum_wave_begin(&b->wave, job->snapshot, &b->counters, key->max_bounces + 1, off);
     b->wave.every_light = job->snapshot->lights.n_active <= LUM_WAVE_LIGHTS;
     uint8_t ray_of[LUM_RAY_BATCH]; /* by path that was started */

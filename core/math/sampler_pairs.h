@@ -8,6 +8,7 @@
 #define LUM_PAIRS_PATH 0x00000000u
 #define LUM_PAIRS_PATH_LIGHTS 0x20000000u
 #define LUM_PAIRS_PATH_MEDIA 0x40000000u
+#define LUM_PAIRS_PATH_COLLIDE 0x60000000u
 /* Meters, which draw for a place, and path trace: a lamp's sample. */
 #define LUM_PAIRS_METER_LAMP 0x30000000u
 

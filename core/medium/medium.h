@@ -1,10 +1,10 @@
 /* Homogeneous participating media: boxes of fog.
  *
- * The model of every method here: light is dimmed along every segment (exp(-sigma_t d)), and scattered once on its way
- * from a light to the eye. So `media` is the light that comes from a light straight to a point in the medium, and from
- * there straight (or by perfect mirrors and clear glass) to the eye. Light that was scattered and then lights a
- * surface, or that a surface sent into the medium, is left out, in the reference as well as in the fast methods. Where
- * boxes overlap their coefficients add up. They pass through objects: what is inside a solid that stands in fog is fog.
+ * Light is dimmed along every segment (exp(-sigma_t d)). What is scattered once on its way from a light straight to a
+ * point in the medium, and from there straight (or by perfect mirrors and clear glass) to the eye, is the effect
+ * `media`; what is scattered again, lights a surface then, or came from one, is the effect `scattering` (collide.h).
+ * Where boxes overlap their coefficients add up. They pass through objects: what is inside a solid that stands in fog
+ * is fog.
  *
  * Through a medium without a box nothing comes from infinitely far: the background is black and so is the light of
  * environment and directional lights, on surfaces and in the fog. What other lights scatter towards the eye is finite.
@@ -80,6 +80,7 @@ struct lum_scatter {
     struct lum_vec3 p, wi;   /* the point, and unit from there to the light */
     float distance;          /* to the light; INFINITY for directional and environment */
     struct lum_rgb radiance; /* arriving at o, if the light is not hidden from p; over the pdf of the sample */
+    float t, pdf;            /* distance from o; pdf of it times that of wi, 0 of lights that nothing else meets */
 };
 /* The distance is drawn half the time by angle from the light, half the time as light is dimmed, and weighed by the
  * mixture (balance heuristic), so that halos and dense fog behave alike; lights without a place get the latter only.
@@ -87,6 +88,9 @@ struct lum_scatter {
  * away, is not seen. */
 bool lum_medium_scatter(const struct lum_scatter_query *q, struct lum_vec2 u_distance, struct lum_vec2 u_light,
                         struct lum_scatter *ret_scatter);
+
+/* pdf of its distance, where it is t. */
+float lum_medium_scatter_pdf(const struct lum_scatter_query *q, float t);
 
 /* The same in two steps, for who draws distances otherwise. The part of the ray that scatters; false: none does. */
 bool lum_medium_scatters(const struct lum_scatter_query *q, float *ret_t0, float *ret_t1);

@@ -133,6 +133,15 @@ bool lum_medium_scatter(const struct lum_scatter_query *q, struct lum_vec2 u_dis
     return lum_medium_scatter_at(q, t, mixture_pdf(&x, t), u_light, ret_scatter);
 }
 
+float lum_medium_scatter_pdf(const struct lum_scatter_query *q, float t)
+{
+    struct mixture x = {.segment = {.o = q->o, .d = q->d}};
+    if (!lum_medium_scatters(q, &x.segment.t0, &x.segment.t1) || t < x.segment.t0 || t > x.segment.t1)
+        return 0.0f;
+    init_mixture(&x, q);
+    return mixture_pdf(&x, t);
+}
+
 bool lum_medium_scatters(const struct lum_scatter_query *q, float *ret_t0, float *ret_t1)
 {
     const struct lum_medium *m = &q->snapshot->media[q->medium];
@@ -143,14 +152,14 @@ bool lum_medium_scatter_at(const struct lum_scatter_query *q, float t, float pdf
                            struct lum_scatter *ret_scatter)
 {
     const struct lum_medium *m = &q->snapshot->media[q->medium];
-    struct lum_scatter s = {.p = lum_v3_mad(q->o, q->d, t)};
+    struct lum_scatter s = {.p = lum_v3_mad(q->o, q->d, t), .t = t};
     struct lum_light_sample ls;
     if (!(pdf > 0.0f) || !in_reach(s.p) || !lum_light_sample_at(q->snapshot, q->light, s.p, u_light, &ls))
         return false;
     s.wi = ls.wi;
     s.distance = ls.distance;
     if (ls.pdf_sa > 0.0f)
-        pdf *= ls.pdf_sa;
+        s.pdf = pdf *= ls.pdf_sa;
     struct lum_rgb left = lum_rgb_mul(lum_media_transmittance(q->snapshot, q->o, q->d, t),
                                       lum_media_transmittance(q->snapshot, s.p, s.wi, s.distance));
     s.radiance = lum_rgb_mul(lum_rgb_mul(m->sigma_s, left),

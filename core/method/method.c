@@ -138,6 +138,7 @@ static const struct lum_method methods[] = {
                 [LUM_EFFECT_TRANSMISSION] = &lum_estimator_path,
                 [LUM_EFFECT_GLOSSY] = &lum_estimator_path,
                 [LUM_EFFECT_MEDIA] = &lum_estimator_path,
+                [LUM_EFFECT_SCATTERING] = &lum_estimator_path,
                 [LUM_EFFECT_ANTIALIAS] = &lum_estimator_path,
             },
     },

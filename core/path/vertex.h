@@ -24,6 +24,7 @@ static inline uint32_t lum_wave_pair(uint32_t depth, uint32_t pair)
 
 struct lum_vertex {
     const struct lum_bsdf *b;
+    const struct lum_wave_fog *fog; /* on the segment that ended here; NULL: none */
     struct lum_vec3 p, wo;
     uint32_t depth;
     uint32_t lobes_off; /* of those that the surface has: what no path goes on by */
@@ -72,6 +73,17 @@ static inline struct lum_vec3 lum_vertex_lit_normal(const struct lum_bsdf *b)
     return b->glass > 0.0f || b->far_prob > 0.0f ? lum_v3(0.0f, 0.0f, 0.0f) : b->frame.n;
 }
 
+/* Vertices that a path has behind it and that its greatest depth counts. */
+static inline uint32_t lum_path_depth(const struct lum_path *path, uint32_t depth)
+{
+    uint32_t n = path->n_scattered;
+    return depth - path->n_panes - (n > LUM_WAVE_SCATTERED_MAX ? n - LUM_WAVE_SCATTERED_MAX : 0);
+}
+
+/* ---- wave.c ---- */
+/* Roulette keeps the mean: survivors carry what the dead would have. False: the path dies. */
+bool lum_wave_roulette(const struct lum_wave *w, struct lum_path *path, uint32_t depth);
+
 /* ---- left_out.c ---- */
 /* Effects that go on from a surface. */
 uint32_t lum_lobe_effects(const struct lum_bsdf *b);
@@ -87,11 +99,20 @@ void lum_wave_bring_home(struct lum_wave *w, const struct lum_gain *gain, uint8_
 /* Light that is sampled from a vertex. Its shadow rays are traced together: what it gains adds up in the same order
  * whatever batch it is in. */
 void lum_wave_sample_lights(struct lum_wave *w, const struct lum_path *path, const struct lum_vertex *v, float u_pick);
-/* The batch came back: what its segments gain and lose in media. */
-void lum_wave_cross_media(struct lum_wave *w, uint32_t depth);
+/* Light on its way to the eye: with a shadow ray, which was just pushed, when that comes back; else at once. */
+void lum_wave_keep_light(struct lum_wave *w, const struct lum_gain *gain, enum lum_ray_kind kind, uint8_t effect,
+                         bool has_ray);
 /* What was sampled comes home where nothing is in its way. */
 void lum_wave_trace_shadows(struct lum_wave *w);
 /* Ray i of a batch, which ends at distance t or goes on for ever. */
 void lum_wave_add_segment(struct lum_wave *w, const struct lum_rays *rays, uint32_t i, float t, uint32_t slot);
+
+/* ---- wave_fog.c ---- */
+/* The batch came back: what its segments gain and lose in media, and which paths are scattered there. */
+void lum_wave_cross_media(struct lum_wave *w, uint32_t depth);
+/* Ray i of the batch, which fog scatters: the path that goes on from there. */
+void lum_wave_scatter_in_fog(struct lum_wave *w, uint32_t i, uint32_t depth);
+/* pdf with which lum_medium_scatter would have found light i from path->from, given that of a light sample there. */
+float lum_wave_origin_pdf(const struct lum_wave *w, const struct lum_path *path, uint32_t light, float pdf_sa);
 
 #endif

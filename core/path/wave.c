@@ -1,6 +1,6 @@
 /* Unbiased path tracing: one light picked per vertex (next-event estimation) combined with BSDF sampling by the power
- * heuristic (Veach 1995), Russian roulette on throughput, no clamping. Media (medium/medium.h) dim every segment; on
- * those that the eye sees, one point in each medium scatters the light of one light.
+ * heuristic (Veach 1995), Russian roulette on throughput, no clamping. Media (medium/medium.h) dim every segment, and
+ * scatter paths (wave_fog.c).
  *
  * A wave goes through two batches per bounce: closest hits of all living paths, then the shadow rays that their
  * vertices asked for. Dead paths are squeezed out as vertices are shaded: path i is read before a path j <= i is
@@ -72,10 +72,10 @@ static void note_emission(struct lum_path_guide_notes *notes, const struct lum_p
         notes->emitted[path->slot] += lum_luminance(value);
 }
 
-/* Roulette keeps the mean: survivors carry what the dead would have. False: the path dies. Radiance inside a solid is
+/* Radiance inside a solid is
  * denser by the square of the refractive index; the throughput that decides is without that factor, which the way out
  * takes back, or half of the paths would die inside clear glass. */
-static bool roulette(const struct lum_wave *w, struct lum_path *path, uint32_t depth)
+bool lum_wave_roulette(const struct lum_wave *w, struct lum_path *path, uint32_t depth)
 {
     if (depth < w->roulette_depth)
         return true;
@@ -113,6 +113,11 @@ static void scatter(struct lum_wave *w, struct lum_path path, struct lum_vertex 
     if (w->snapshot->lights.n_active > 1 || !one_lobe) /* something to choose */
         pick = lum_sampler_2d(&path.sampler, lum_wave_pair(v->depth, LUM_WAVE_PAIR_PICK));
     lum_wave_sample_lights(w, &path, v, pick.x);
+    if (v->fog) { /* what follows is a matter of chance: fog scatters the path instead, or does not */
+        if (v->fog->scatters || !(v->fog->pass > 0.0f))
+            return;
+        path.throughput = lum_rgb_scale(path.throughput, 1.0f / v->fog->pass);
+    }
     struct lum_path_guide_step step;
     if (!sample_on(v, lum_sampler_2d(&path.sampler, lum_wave_pair(v->depth, LUM_WAVE_PAIR_BSDF)), pick.y, &step))
         return;
@@ -127,7 +132,7 @@ static void scatter(struct lum_wave *w, struct lum_path path, struct lum_vertex 
     if (v->guide.cell)
         path.roulette_scale /= step.ratio; /* or what is looked for more often would end more often */
     struct lum_rgb throughput = path.throughput;
-    if (lum_rgb_black(path.throughput) || !roulette(w, &path, v->depth))
+    if (lum_rgb_black(path.throughput) || !lum_wave_roulette(w, &path, v->depth))
         return;
     if (w->notes)
         note_step(w->notes, &path, v, &step, throughput);
@@ -136,6 +141,7 @@ static void scatter(struct lum_wave *w, struct lum_path path, struct lum_vertex 
     } else {
         path.p = v->p;
         path.n = lum_vertex_lit_normal(b);
+        path.from.pdf = 0.0f;
         path.pdf_sa = bs->pdf_sa;
         path.every_light = w->every_light;
         path.plain = true;
@@ -163,6 +169,8 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
                                 : lum_light_pdf(w->snapshot, light, path->p, d, at, ng)
                   : lum_environment_pdf_by_portals(&w->snapshot->lights.lights[light], path->plain ? w->portals : NULL,
                                                    path->p, d);
+    if (path->from.pdf > 0.0f)
+        return lum_power_heuristic(path->from.pdf * path->pdf_sa, lum_wave_origin_pdf(w, path, light, pdf));
     if (!path->every_light)
         pdf *= lum_lights_pick_pdf(&w->snapshot->lights, path->p, path->n, light);
     return lum_power_heuristic(path->pdf_sa, pdf);
@@ -191,6 +199,8 @@ static void add(struct lum_wave *w, const struct lum_path *path, uint32_t light,
     /* What the diffuse lobe's ray meets first is the lamp's own light, sampled in the other way. */
     bool direct = path->effect == LUM_EFFECT_INDIRECT_DIFFUSE && !path->was_indirect && light != LUM_NO_OBJECT;
     uint8_t effect = direct ? (uint8_t)lum_light_effect(&w->snapshot->lights.lights[light]) : path->effect;
+    if (effect == LUM_EFFECT_SCATTERING && path->from.pdf > 0.0f && path->from.seen) /* once: likewise */
+        effect = LUM_EFFECT_MEDIA;
     lum_wave_bring_home(w, &(struct lum_gain){path->slot, light, value}, effect);
 }
 
@@ -202,13 +212,11 @@ static void add_background(struct lum_wave *w, const struct lum_path *path, stru
             emission_weight(w, path, lights->environment, d, NULL));
 }
 
-/* Ray i of the batch came back: emission, then scattering. */
-static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
+/* Where ray i of the batch ended: emission, then scattering. */
+static void shade_end(struct lum_wave *w, uint32_t i, uint32_t depth)
 {
     struct lum_path path = w->path[i];
     struct lum_vec3 d = lum_rays_direction(&w->rays, i);
-    if (w->notes)
-        note_segment(w, path.slot);
     if (w->hits.object[i] == LUM_NO_OBJECT) {
         if (!w->hits.white)
             add_background(w, &path, d, depth == 0);
@@ -237,8 +245,21 @@ static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
         else if (!(path.pdf_sa > 0.0f)) /* an unlit surface is shown to the eye and in mirrors, it lights nothing */
             add(w, &path, LUM_NO_OBJECT, b.emission, 1.0f);
     }
-    if (depth - path.n_panes < w->max_depth)
-        scatter(w, path, &(struct lum_vertex){.b = &b, .p = s.p, .wo = wo, .depth = depth});
+    const struct lum_wave_fog *fog = w->in_fog && w->fog[i].seen ? &w->fog[i] : NULL;
+    if (lum_path_depth(&path, depth) < w->max_depth)
+        scatter(w, path, &(struct lum_vertex){.b = &b, .fog = fog, .p = s.p, .wo = wo, .depth = depth});
+}
+
+/* Ray i of the batch came back. One path goes on from it at most: from its end, or from fog before that. */
+static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
+{
+    if (w->notes)
+        note_segment(w, w->path[i].slot);
+    bool in_fog = w->in_fog && w->fog[i].scatters;
+    if (!in_fog || w->fog[i].seen)
+        shade_end(w, i, depth);
+    if (in_fog)
+        lum_wave_scatter_in_fog(w, i, depth);
 }
 
 /* What lum_wave_begin may be told to leave out of lights, and of lobes. */
@@ -256,6 +277,8 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->counters = counters;
     w->max_depth = max_depth;
     w->media = snapshot->n_media > 0 && !(effects_off & LUM_EFFECT_BIT(LUM_EFFECT_MEDIA));
+    w->scatters = w->media && !(effects_off & LUM_EFFECT_BIT(LUM_EFFECT_SCATTERING));
+    w->in_fog = false;
     w->panes = snapshot->has_panes && !(effects_off & LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION));
     w->roulette_depth = ROULETTE_DEPTH;
     w->gloss_survival = 1.0f;
@@ -319,7 +342,7 @@ void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sa
                             .every_light = true};
     if (lum_lobe_ray_kind(bs.lobe) == LUM_RAY_TRANSMISSION && !bsdf->thin && !bsdf->straight)
         path.roulette_scale = bsdf->eta * bsdf->eta;
-    if (!roulette(w, &path, 0))
+    if (!lum_wave_roulette(w, &path, 0))
         return;
     w->counters->rays[LUM_RAY_GLOSSY]++;
     push_path(w, path, p, bsdf->ng, bs.wi);
@@ -361,6 +384,7 @@ void lum_wave_step(struct lum_wave *w, uint32_t depth)
     for (uint32_t i = 0; w->segments_met && i < n; i++)
         lum_wave_add_segment(w, &w->rays, i, w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i],
                              w->path[i].slot);
+    w->in_fog = w->scatters && !w->hits.white;
     if (w->media && !w->hits.white)
         lum_wave_cross_media(w, depth);
     w->rays.n = 0;

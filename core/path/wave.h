@@ -5,31 +5,9 @@
 #include "core/accel/trace.h"
 #include "core/film/film.h"
 #include "core/material/bsdf.h"
-#include "core/math/sampler.h"
 #include "core/math/sampler_pairs.h"
+#include "core/path/carried.h"
 #include "core/trace/rays.h"
-
-/* What a path carries from one vertex to the next. */
-struct lum_path {
-    struct lum_rgb throughput;
-    struct lum_vec3 p; /* last vertex but for panes, for the light pdf of what the ray hits */
-    struct lum_vec3 n; /* normal there, as the light was picked by (lum_lights_pick_from) */
-    float pdf_sa;      /* with which the ray was sampled; 0: by the eye or a delta lobe, so emission counts in full */
-    bool every_light;  /* the last vertex sampled every light, and did not pick one */
-    bool plain;        /* the last vertex sampled light as lum_light_sample_plainly does: it was one of the wave */
-    bool direct_apart; /* what shines at the end of the ray is counted by whoever started the path */
-    bool indirect;     /* a diffuse surface has scattered it: what it finds is indirect light */
-    bool was_indirect; /* the same at the last vertex, whose direct light the ray may meet */
-    bool seen;         /* with media: up to the last vertex, only mirrors and clear glass are between it and the eye */
-    uint8_t effect;    /* that what it finds counts as. LUM_EFFECT_ANTIALIAS: nothing but panes was in its way */
-    uint32_t n_panes;  /* that it went straight through on its way from vertices that spread light: no shadow ray
-                        * counts those, and they are no part of its depth */
-    float survival;    /* roulette: it lives on with this chance, times its throughput */
-    float roulette_scale; /* roulette takes throughput without it: the squared relative indices that it carries, and
-                           * what guiding takes from it */
-    uint32_t slot;        /* where its radiance is summed */
-    struct lum_sampler sampler;
-};
 
 /* Light that a path brings home: at the end, multiplied by the power of the light; LUM_NO_OBJECT: from what shines
  * without being one. */
@@ -68,7 +46,7 @@ struct lum_path_guide;
 struct lum_portals;
 struct lum_path_guide_notes;
 
-/* The paths that are alive, densely packed: path i has ray i. About 60 KiB: lives on a worker's stack. */
+/* The paths that are alive, densely packed: path i has ray i. About 90 KiB: lives on a worker's stack. */
 struct lum_wave {
     const struct lum_snapshot *snapshot;
     struct lum_counters *counters;
@@ -77,6 +55,7 @@ struct lum_wave {
     float gloss_survival;    /* of paths of lum_wave_add_gloss: over what their pixel reflects in all, diffusely and
                                 otherwise */
     bool media;              /* there are some, and they are wanted */
+    bool scatters;           /* likewise: they scatter light any number of times */
     bool panes;              /* likewise: light goes straight through them */
     bool illuminance;        /* paths of lum_wave_add_eye find illuminance / pi where they first arrive, and nothing of
                                 what is before that. Set after lum_wave_begin */
@@ -85,6 +64,7 @@ struct lum_wave {
                          started the paths counts them. Of the sky what is brighter than apart_cd_m2 is one */
     float apart_cd_m2;
     bool at_first;    /* while the first segments of eye paths are looked at */
+    bool in_fog;      /* fog holds for the segments that are looked at */
     bool every_light; /* vertices sample every light, and do not pick one; of at most LUM_WAVE_LIGHTS that are on */
     /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light whose direct light nothing gets (the eye and mirrors
      * still see what shines, and what they light by way of a diffuse surface is another effect), and lobes that no path
@@ -93,6 +73,7 @@ struct lum_wave {
     struct lum_rays rays;
     struct lum_hits hits;
     struct lum_path path[LUM_RAY_BATCH];
+    struct lum_wave_fog fog[LUM_RAY_BATCH]; /* by ray of the batch that came back */
     struct lum_rays shadow_rays;
     struct lum_gain shadow_gain[LUM_RAY_BATCH];
     uint8_t shadow_kind[LUM_RAY_BATCH], shadow_effect[LUM_RAY_BATCH], occluded[LUM_RAY_BATCH];

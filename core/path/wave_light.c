@@ -1,5 +1,4 @@
-/* Light that paths find by sampling it: of one light picked at each vertex, or of all, and of one at a point in each
- * medium that the eye looks through.
+/* Light that paths find by sampling it: of one light picked at each vertex, or of all.
  *
  * Shadow rays go straight through panes, and what these leave of the light is that light's. A path that goes through
  * one is still on its way from the vertex before: light that it meets behind is weighted against the light sampled
@@ -23,9 +22,8 @@ void lum_wave_bring_home(struct lum_wave *w, const struct lum_gain *gain, uint8_
         w->gains->n_lost++;
 }
 
-/* Light on its way to the eye: with a shadow ray, which was just pushed, when that comes back; else at once. */
-static void keep_light(struct lum_wave *w, const struct lum_gain *gain, enum lum_ray_kind kind, uint8_t effect,
-                       bool has_ray)
+void lum_wave_keep_light(struct lum_wave *w, const struct lum_gain *gain, enum lum_ray_kind kind, uint8_t effect,
+                         bool has_ray)
 {
     if (!has_ray) {
         lum_wave_bring_home(w, gain, effect);
@@ -85,7 +83,7 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
         return;
     bool has_ray = lum_shadow_ray(&w->shadow_rays, v->p, v->b->ng, ls.wi, ls.distance);
     uint8_t effect = lum_path_effect(path, lum_light_effect(&w->snapshot->lights.lights[light]));
-    keep_light(w, &(struct lum_gain){path->slot, light, value}, kind, effect, has_ray);
+    lum_wave_keep_light(w, &(struct lum_gain){path->slot, light, value}, kind, effect, has_ray);
 }
 
 void lum_wave_add_segment(struct lum_wave *w, const struct lum_rays *rays, uint32_t i, float t, uint32_t slot)
@@ -134,47 +132,4 @@ void lum_wave_sample_lights(struct lum_wave *w, const struct lum_path *path, con
     for (uint32_t i = 0; i < t->n_active; i++)
         queue_light(w, path, v,
                     (struct choice){t->active[i], 1.0f, LUM_PAIRS_PATH_LIGHTS + v->depth * LUM_WAVE_LIGHTS + i});
-}
-
-/* Light that medium m scatters into the segment. */
-static void queue_scatter(struct lum_wave *w, const struct lum_path *path, struct lum_scatter_query q, uint32_t depth)
-{
-    uint32_t pair = LUM_PAIRS_PATH_MEDIA + (depth * LUM_MEDIA_MAX + q.medium) * LUM_WAVE_PAIRS_PER_MEDIUM;
-    float pick = lum_sampler_1d(&path->sampler, pair), prob;
-    q.light = lum_lights_pick(&q.snapshot->lights, &pick, &prob);
-    if (q.light == LUM_NO_OBJECT)
-        return;
-    struct lum_vec2 u_light = {0.5f, 0.5f};
-    if (!q.snapshot->lights.lights[q.light].delta)
-        u_light = lum_sampler_2d(&path->sampler, pair + 2);
-    struct lum_scatter s;
-    if (!lum_medium_scatter(&q, lum_sampler_2d(&path->sampler, pair + 1), u_light, &s))
-        return;
-    struct lum_rgb value = lum_rgb_mul(path->throughput, lum_rgb_scale(s.radiance, 1.0f / prob));
-    if (lum_rgb_black(value))
-        return;
-    if (w->shadow_rays.n == LUM_RAY_BATCH)
-        lum_wave_trace_shadows(w);
-    bool has_ray = lum_shadow_ray(&w->shadow_rays, s.p, lum_v3(0, 0, 0), s.wi, s.distance);
-    uint8_t effect = lum_path_effect(path, LUM_EFFECT_MEDIA);
-    keep_light(w, &(struct lum_gain){path->slot, q.light, value}, LUM_RAY_MEDIA, effect, has_ray);
-}
-
-void lum_wave_cross_media(struct lum_wave *w, uint32_t depth)
-{
-    for (uint32_t i = 0; i < w->rays.n; i++) {
-        struct lum_path *path = &w->path[i];
-        struct lum_scatter_query q = {
-            .snapshot = w->snapshot,
-            .o = lum_v3(w->rays.ox[i], w->rays.oy[i], w->rays.oz[i]),
-            .d = lum_rays_direction(&w->rays, i),
-            .tmax = w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i],
-        };
-        path->seen = path->seen && !(path->pdf_sa > 0.0f);
-        if (path->seen && depth < w->max_depth)
-            for (q.medium = 0; q.medium < w->snapshot->n_media; q.medium++)
-                queue_scatter(w, path, q, depth);
-        path->throughput = lum_rgb_mul(path->throughput, lum_media_transmittance(w->snapshot, q.o, q.d, q.tmax));
-    }
-    lum_wave_trace_shadows(w);
 }

@@ -60,6 +60,7 @@ struct lum_sights lum_sights_of(const struct lum_snapshot *s)
         sights.shining = sights.shining || !s->lights.lights[s->lights.active[a]].delta;
     for (uint32_t i = 0; i < s->n_media && sights.lit; i++)
         sights.glowing = sights.glowing || !lum_rgb_black(s->media[i].sigma_s);
+    sights.each_other = sights.each_other || sights.glowing; /* fog sends on what surfaces send, and lights them */
     for (uint32_t i = 0; i < s->n_instances; i++)
         sights.glowing = sights.glowing || s->materials[s->instances[i].material].unlit;
     return sights;

@@ -15,7 +15,7 @@ struct lum_demand {
 struct lum_sights {
     const struct lum_snapshot *snapshot;
     bool lit;          /* some light is on */
-    bool each_other;   /* and there are surfaces that may see one another */
+    bool each_other;   /* and there are surfaces that may see one another, or fog that scatters light */
     bool shining;      /* something that shines has a body, or is all around: it shows in glossy surfaces, not only in
                           mirrors */
     bool glowing;      /* something shows in mirrors and through glass only: unlit surfaces, fog that is lit */

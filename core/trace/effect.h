@@ -16,7 +16,8 @@
                                    * arrives through panes is that lamp's own effect; without this one panes are       \
                                    * opaque, to it as to the eye, and sheets, too */                                   \
     X(GLOSSY, glossy)                                                                                                  \
-    X(MEDIA, media)                                                                                                    \
+    X(MEDIA, media)           /* fog: what it takes from light, and what it scatters once */                           \
+    X(SCATTERING, scattering) /* what fog scatters more than once, or to surfaces, or from them */                     \
     X(ANTIALIAS, antialias)
 
 #define LUM_EFFECT_MEMBER(NAME, name) LUM_EFFECT_##NAME,

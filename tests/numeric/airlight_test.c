@@ -1,5 +1,5 @@
-/* Media in pictures of the method `live`: against closed forms and the path tracer, at all sizes, and where there are
- * none. */
+/* Media in pictures of the method `live`, which scatter light once: against closed forms and the path tracer, at all
+ * sizes, and where there are none. */
 #include "tests/numeric/fog.h"
 
 static void set_method(struct rig *r, const char *name)
@@ -7,6 +7,7 @@ static void set_method(struct rig *r, const char *name)
     r->settings.method = lum_method_find(name);
     r->settings.antialias = false;
     r->settings.max_spp = 1;
+    fog_scatters_once(r);
 }
 
 static double lamp_in_fog(float b, double d_light, double gamma, double d)
@@ -150,6 +151,7 @@ static void energy_is_that_of_path_tracing(void **state)
     foggy_room(&r);
     r.settings.w = r.settings.h = 64;
     r.settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
+    fog_scatters_once(&r);
     struct lum_medium_desc fogs[] = {fog_everywhere(0.2f, 0.05f, 0.5f), fog_everywhere(0.1f, 0, -0.6f),
                                      fog_box(0.3f, 0, rig_v(-1, 0.2, -1), rig_v(1, 2, 1)), fog_everywhere(3, 0, 0)};
     for (size_t i = 0; i < LUM_ARRAY_LEN(fogs); i++) {
@@ -193,6 +195,7 @@ static void no_medium_is_no_change(void **state)
     lum_free(first_picture(&r, &s));
     assert_true(s.rays[LUM_RAY_MEDIA] > 0);
     r.settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_MEDIA);
+    fog_scatters_once(&r);
     s = rig_pass(&r);
     assert_int_equal(s.rays[LUM_RAY_MEDIA], 0);
     rig_assert_picture(&r, clear, "switched off");
@@ -210,6 +213,7 @@ static void editing_fog_traces_fog_only(void **state)
     set_method(&r, "live");
     r.settings.shadow_budget = 0; /* or what is known of soft shadows grows from frame to frame */
     r.settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
+    fog_scatters_once(&r);
     struct lum_medium_desc fog = fog_everywhere(0.2f, 0.1f, 0.5f);
     put_fog(&r, "fog", &fog);
     rig_commit(&r);
@@ -280,6 +284,7 @@ static void many_lights(void **state)
     rig_camera(&r, rig_v(0.3, 1.5, 1.9), rig_v(0, 1.3, -1), 70);
     r.settings.w = r.settings.h = 64;
     r.settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
+    fog_scatters_once(&r);
     double want = mean_of(&r, "path", 256);
     check_near("20 lamps", mean_of(&r, "live", 1), want, 0.02);
     rig_end(&r);

@@ -22,6 +22,12 @@ static inline void put_fog(struct rig *r, const char *id, const struct lum_mediu
     RIG_OK(lum_scene_put_medium(r->scene, id, m, &err));
 }
 
+/* What closed forms of single scattering tell of: without the effect `scattering`. */
+static inline void fog_scatters_once(struct rig *r)
+{
+    r->settings.effects_off |= LUM_EFFECT_BIT(LUM_EFFECT_SCATTERING);
+}
+
 /* Sun et al. 2005, for intensity 1 and isotropic scattering: from a light at distance d_light, at angle gamma from a
  * ray of length d, in a medium that only scatters. F by Simpson's rule: its integrand is smooth, also at pi / 2. */
 static inline double sun_f(double u, double v)

@@ -15,6 +15,7 @@ static void airlight_in_a_picture(void **state)
     struct rig r;
     rig_begin(&r, 0);
     set_path(&r);
+    fog_scatters_once(&r);
     fog_with_bulb(&r, 0.1f, 5, 0.3, 20);
     r.settings.max_spp = 0;
     for (int i = 0; i < 4096; i++) {
@@ -58,6 +59,7 @@ static void airlight_in_a_mirror(void **state)
         struct rig r;
         rig_begin(&r, 0);
         set_path(&r);
+        fog_scatters_once(&r);
         double want = fog_with_mirror(&r, 0.2, white ? 0.9f : 0.0f);
         r.settings.w = r.settings.h = 1;
         r.settings.max_spp = 0;
@@ -271,20 +273,36 @@ static void scale_does_not_matter(void **state)
     lum_free(first);
 }
 
-/* A probe's light is dimmed. */
+/* A probe's light is dimmed; and what fog scatters lights it, as it lights the surface in a picture. */
 static void probes_are_in_the_fog(void **state)
 {
     (void)state;
     struct rig r;
     rig_begin(&r, 0);
     rig_bulb(&r, "bulb", rig_v(0, 2, 0), 100);
-    struct lum_medium_desc fog = fog_box(0.25f, 0.25f, rig_v(-1, 0.5, -1), rig_v(1, 1.5, 1));
-    put_fog(&r, "fog", &fog);
-    rig_commit(&r);
-    struct lum_probe p;
-    uint64_t rays = 0;
-    RIG_OK(lum_probe_at(r.pool, r.snapshot, rig_v(0, 0, 0), lum_v3(0, 1, 0), 100, 1, &p, &rays, &err));
-    check_near("probe", p.illuminance_lx, 25 * exp(-0.5), 4e-6);
+    rig_square(&r, "floor", 0.1);
+    rig_diffuse_object(&r, "floor", "floor", 1.0f, rig_v(0, 0, 0));
+    rig_camera(&r, rig_v(0, 0.4, 0), rig_v(0, 0, 0), 2); /* below the fog */
+    set_path(&r);
+    r.settings.w = r.settings.h = 1;
+    r.settings.max_spp = 4096;
+    for (int scatters = 0; scatters < 2; scatters++) {
+        float sigma = scatters ? 0.25f : 0.0f;
+        struct lum_medium_desc fog = fog_box(sigma, 0.5f - sigma, rig_v(-1, 0.5, -1), rig_v(1, 1.5, 1));
+        put_fog(&r, "fog", &fog);
+        rig_commit(&r);
+        struct lum_probe p;
+        uint64_t rays = 0;
+        RIG_OK(lum_probe_at(r.pool, r.snapshot, rig_v(0, 1e-3, 0), lum_v3(0, 1, 0), 4096, 1, &p, &rays, &err));
+        while (!rig_pass(&r).complete)
+            ;
+        if (!scatters)
+            check_near("probe", p.illuminance_lx, 25 * exp(-0.5), 2e-3); /* it is a millimetre nearer */
+        else
+            assert_true(p.illuminance_lx > 1.05 * 25 * exp(-0.5));
+        /* a fifth of the light is by chance: 4096 samples, four standard errors */
+        check_near("picture", (double)rig_mean(&r).g * PI, p.illuminance_lx, scatters ? 0.02 : 2e-3);
+    }
     rig_end(&r);
 }
 

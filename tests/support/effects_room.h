@@ -98,11 +98,13 @@ static inline void effects_room_ground(struct rig *r, const struct effects_room 
 
 static inline void effects_room_media(struct rig *r, const struct effects_room *s)
 {
-    enum strength fog = effects_room_strength(s, LUM_EFFECT_MEDIA);
+    enum strength fog = effects_room_strength(s, LUM_EFFECT_MEDIA),
+                  scatters = effects_room_strength(s, LUM_EFFECT_SCATTERING);
     if (fog == STRENGTH_ABSENT)
         return;
-    struct lum_medium_desc d = {
-        .sigma_s = lum_grey(fog == STRENGTH_ZERO ? 0.0f : 0.1f), .lo = rig_v(-1.5, 0, -1.5), .hi = rig_v(1.5, 1, 1)};
+    struct lum_medium_desc d = {.lo = rig_v(-1.5, 0, -1.5), .hi = rig_v(1.5, 1, 1)};
+    if (fog == STRENGTH_FULL) /* what scatters light once scatters it again: without that it only absorbs */
+        *(scatters == STRENGTH_FULL ? &d.sigma_s : &d.sigma_a) = lum_grey(0.1f);
     RIG_OK(lum_scene_put_medium(r->scene, "fog", &d, &err));
 }
 

@@ -231,8 +231,18 @@ static void edit_settings(struct editor *e)
         s->n_vpls = 1 + choose(e, 40);
     if (chance(e, 0.1))
         s->antialias = !s->antialias;
-    if (chance(e, 0.2))
-        s->effects_off = LUM_EFFECT_BIT(choose(e, LUM_EFFECT_COUNT));
+    if (chance(e, 0.2)) {
+        static const uint32_t some[] = {LUM_EFFECT_BIT(LUM_EFFECT_DIRECT),
+                                        LUM_EFFECT_BIT(LUM_EFFECT_SOFT_SHADOW),
+                                        LUM_EFFECT_BIT(LUM_EFFECT_ENVIRONMENT),
+                                        LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE),
+                                        LUM_EFFECT_BIT(LUM_EFFECT_REFLECTION),
+                                        LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION),
+                                        LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY) | LUM_EFFECT_BIT(LUM_EFFECT_SCATTERING),
+                                        LUM_EFFECT_BIT(LUM_EFFECT_MEDIA),
+                                        LUM_EFFECT_BIT(LUM_EFFECT_ANTIALIAS) | LUM_EFFECT_BIT(LUM_EFFECT_SCATTERING)};
+        s->effects_off = some[choose(e, LUM_ARRAY_LEN(some))];
+    }
     if (chance(e, 0.1))
         s->illuminance = !s->illuminance;
     if (!e->steady)

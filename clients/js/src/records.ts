@@ -492,6 +492,7 @@ export interface FrameStats {
         transmission: number;
         glossy: number;
         media: number;
+        scattering: number;
         antialias: number;
         /** to place virtual point lights */
         vpl: number;

@@ -310,3 +310,19 @@ static void demand_media(const struct lum_sights *see, const struct lum_effect_r
     lum_demand_refuse(d, effect, s->n_media ? "no light is on" : "no medium scatters or absorbs light");
 }
 const struct lum_effect_row lum_effect_media = {.demand = demand_media, .adds = LUM_ADDS_AIR, .guided = true};
+
+/* What scatters light once scatters it twice, and lights what stands in it. */
+static void demand_scattering(const struct lum_sights *see, const struct lum_effect_row *row, enum lum_effect effect,
+                              struct lum_demand *d)
+{
+    (void)row;
+    const struct lum_snapshot *s = see->snapshot;
+    bool any = false;
+    for (uint32_t i = 0; i < s->n_media; i++) {
+        any = any || !lum_rgb_black(s->media[i].sigma_s);
+        if (see->lit && !lum_rgb_black(s->media[i].sigma_s))
+            lum_demand_call(d, effect, s->media[i].id, "scatters light");
+    }
+    lum_demand_refuse(d, effect, any ? "no light is on" : "no medium scatters light");
+}
+const struct lum_effect_row lum_effect_scattering = {.demand = demand_scattering, .adds = LUM_ADDS_NOTHING};

@@ -23,7 +23,9 @@
 static void begin(const struct lum_pass *pass, const struct lum_snapshot *snapshot, struct lum_counters *counters,
                   struct lum_wave *ret_wave)
 {
-    lum_wave_begin(ret_wave, snapshot, counters, pass->settings->max_depth, lum_pass_effects_off(pass));
+    /* In fog a path may go on for hundreds of segments, which are not kept. */
+    uint32_t off = lum_pass_effects_off(pass) | LUM_EFFECT_BIT(LUM_EFFECT_SCATTERING);
+    lum_wave_begin(ret_wave, snapshot, counters, pass->settings->max_depth, off);
     ret_wave->roulette_depth = 0;
     ret_wave->gloss_survival = GLOSS_SURVIVAL;
 }
