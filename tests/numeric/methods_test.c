@@ -264,7 +264,8 @@ static void light_by(struct rig *r, const char *kind)
         l.camera_visible = false;
         rig_light(r, kind, &l);
     } else {
-        struct lum_light_desc l = {.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 10, .on = true};
+        struct lum_light_desc l = {
+            .kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = 10, .on = true};
         rig_light(r, kind, &l);
     }
 }
