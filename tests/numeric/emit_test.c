@@ -129,7 +129,7 @@ static void flux_is_the_lights(void **state)
 static void flux_is_as_the_scene_says(void **state)
 {
     (void)state;
-    for (int kind = 0; kind < LUM_LIGHT_KIND_COUNT; kind++) {
+    for (int kind = 0; kind < IMAGE; kind++) {
         const struct lum_light_kind_row *row = lum_light_kinds[kind].row;
         if (!row->flux)
             continue;
