@@ -109,7 +109,7 @@ static void closed_forms_are_the_integrals(void **state)
              * height at its poles: N^-1.5, a tenfold. */
             double tolerance = 3e-4 * want + 1e-9;
             if (!(fabs((double)got.cosine_integral - want) <= tolerance))
-                fail_msg("kind %d, spot %zu: %.9g, integral %.9g", (int)kinds[k], i, (double)got.cosine_integral, want);
+                fail_msg("kind %d, spot %zu: %.9g, integral %.9g", k, i, (double)got.cosine_integral, want);
             assert_true(got.mean_cos >= 0.0f && got.mean_cos <= 1.0f);
             assert_true((got.mean_cos > 0.0f) == (want > 0.0));
         }
@@ -153,7 +153,7 @@ static void closed_forms_at_their_limits(void **state)
             /* relative difference of the order of (size / distance)^2 */
             double off = fabs((double)got.cosine_integral / point - 1.0);
             if (!(off < 0.3 * (double)(size * size) + 2e-6))
-                fail_msg("kind %d, size %g: off by %g", (int)kinds[k], (double)size, off);
+                fail_msg("kind %d, size %g: off by %g", k, (double)size, off);
         }
 }
 

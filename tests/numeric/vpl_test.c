@@ -337,15 +337,16 @@ static const char *name_of(size_t kind)
 static void court_with_light(struct rig *r, size_t kind, bool white)
 {
     static const float sky_pixels[3 * 4] = {0, 0, 0, 4, 4, 1, 0.5f, 0.5f, 2, 1, 0, 0};
+    const struct lum_light_kind_row *row = kind < IMAGE ? lum_light_kinds[kind].row : &lum_light_kind_environment;
     rig_begin(r, 2);
     court(r, white ? 0.6f : 0.0f);
     if (kind >= IN_FOG) { /* a haze that absorbs, box and all around */
         struct lum_medium_desc fog = {.sigma_a = {0.5f, 1.0f, 2.0f}, .lo = {-2, 0.5, -2}, .hi = {2, 2.5, 2}};
         RIG_OK(lum_scene_put_medium(r->scene, "fog", &fog, &err));
-        kind = in_fog[kind - IN_FOG];
+        row = in_fog[kind - IN_FOG];
     }
     if (kind != MESH) {
-        struct lum_light_desc l = light_of_kind(kind < IMAGE ? lum_light_kinds[kind].row : &lum_light_kind_environment);
+        struct lum_light_desc l = light_of_kind(row);
         struct lum_image_desc sky = {LUM_TEXEL_RGB32F, 2, 2, sky_pixels};
         RIG_OK(lum_scene_put_image(r->scene, "sky", &sky, &err));
         struct lum_web *web = web_of_a_lamp();
