@@ -247,7 +247,7 @@ static void flux_is_kept(void **state)
         l->power = lum_grey((float)intensity);
         double got = flux_of(l, 5.0);
         if (fabs(got / 800.0 - 1.0) > 0.002)
-            fail_msg("kind %d: %g lm", (int)kinds[i], got);
+            fail_msg("kinds[%zu]: %g lm", i, got);
     }
 }
 
