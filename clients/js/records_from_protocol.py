@@ -5,6 +5,7 @@ usage: python3 clients/js/records_from_protocol.py [--check]
 --check: writes nothing, and fails where the file is not what the tables say. A test runs that; another one keeps the tables
 true to the server.
 """
+import json
 import os
 import re
 import sys
@@ -14,6 +15,7 @@ sys.path.insert(0, os.path.join(HERE, "..", "python"))
 from records_from_protocol import NEVER_ADDED, PARTS, PROTOCOL, class_name, note, tables
 
 RECORDS = os.path.join(HERE, "src", "records.ts")
+MESSAGES = os.path.join(HERE, "src", "messages.ts")
 HEAD = """/**
  * Types of a scene's records and of frame.stats, with units, and what may be asked. Written from protocol/PROTOCOL.md by
  * records_from_protocol.py: change the tables there.
@@ -108,6 +110,40 @@ def methods(text):
     return ["session.hello"] + [name for line in body.splitlines() for name in re.findall(r"`(\w+\.?\w*)`", line.split("|")[2])]
 
 
+def shown_type(value):
+    """The type that a value of an example stands for."""
+    if isinstance(value, dict):
+        return "{ " + "; ".join(f"{name}: {shown_type(v)}" for name, v in value.items()) + " }" if value else "Record<string, never>"
+    if isinstance(value, list):
+        if len(value) == 3 and all(isinstance(v, (int, float)) for v in value):
+            return "readonly [number, number, number]"
+        return f"readonly {shown_type(value[0])}[]" if value else "readonly unknown[]"
+    return "boolean" if isinstance(value, bool) else "string" if isinstance(value, str) else "null" if value is None else "number"
+
+
+def by_example(text):
+    """Types of requests that messages.ts leaves to the page: what the first example of each takes and is answered."""
+    with open(MESSAGES, encoding="utf-8") as file:
+        told = set(re.findall(r"^    '?([\w.]+)'?: ", re.search(r"interface ToldParams \{\n(.*?)\n\}", file.read(), re.S)[1], re.M))
+    asked, takes, answers = {}, {}, {}
+    for line in re.findall(r"^[\u2192\u2190] (\{.*)$", text, re.M):
+        message = json.loads(line)
+        method = message.get("method")
+        if method:
+            asked[message.get("id")] = method
+            takes.setdefault(method, message.get("params", {}))
+        elif "result" in message:
+            answers.setdefault(asked.get(message["id"]), message["result"])
+    left = [m for m in methods(text) if m not in told]
+    missing = [m for m in left if m not in answers]
+    if missing:
+        sys.exit(f"PROTOCOL.md has no example of an answer to {', '.join(missing)}, and messages.ts does not say what it is")
+    return [f"/** {what} */\nexport interface {name} {{\n" + "".join(f"    {m if m.isidentifier() else repr(m)}: {shown_type(of[m])};\n" for m in left) + "}\n"
+            for what, name, of in (("What requests take, as the examples of PROTOCOL.md have it, where messages.ts says no more.",
+                                    "ParamsByExample", takes),
+                                   ("What they are answered.", "AnswersByExample", answers))]
+
+
 def written(text):
     found = tables(text)
     order = PARTS + [name for name in found if name not in PARTS]
@@ -116,6 +152,7 @@ def written(text):
     parts.append("/** All types of records. */\n" + by_type("Records", [n for n in order if n not in PARTS]))
     parts.append("export interface FrameStats " + inside(members(text), "") + "\n")
     parts.append("export type Method =\n" + "\n".join(f"    | '{name}'" for name in methods(text)) + ";\n")
+    parts += by_example(text)
     return "\n".join(parts)
 
 

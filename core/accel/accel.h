@@ -50,12 +50,26 @@ struct lum_accel_instance {
     struct lum_affine local_to_scene; /* invertible: the scene checked */
 };
 
-/* A kind is a row in emitter_shape.c. */
-enum lum_accel_shape_kind { LUM_SHAPE_QUAD, LUM_SHAPE_DISC, LUM_SHAPE_SPHERE, LUM_SHAPE_KIND_COUNT };
+/* Unit shapes around the origin, 1 to each side: a square and a disc in the x-y plane, with the normal along +z. */
+enum lum_accel_unit { LUM_UNIT_SQUARE, LUM_UNIT_DISC, LUM_UNIT_SPHERE, LUM_UNIT_COUNT };
+struct lum_accel_shape;
+/* What tells the shapes of emitters apart: how a unit shape becomes it. */
+struct lum_accel_shape_row {
+    enum lum_accel_unit unit;
+    /* What becomes of its axes in the scene. That of a flat shape which is free gets the length that keeps the map well
+     * conditioned. */
+    void (*place)(const struct lum_accel_shape *s, struct lum_vec3 *ret_x, struct lum_vec3 *ret_y,
+                  struct lum_vec3 *ret_z);
+    struct lum_vec3 (*half)(const struct lum_accel_shape *s); /* half the box that it fills around p */
+    /* The normal of a hit, of any length, q away from p; and its coordinates, where the ray tracer has none: but for
+     * squares, from 0 to 1 along each edge. */
+    struct lum_vec3 (*on)(const struct lum_accel_shape *s, struct lum_vec3 q, float *inout_u, float *inout_v);
+};
+extern const struct lum_accel_shape_row lum_shape_quad, lum_shape_disc, lum_shape_sphere;
 /* An emitter's surface, in scene space. quad: centre p, half edges u and v, unit normal n along cross(u, v). disc:
  * centre, unit normal n, radius. sphere: centre, radius. Radii and the quad's heights are at least 2^-28. */
 struct lum_accel_shape {
-    enum lum_accel_shape_kind kind;
+    const struct lum_accel_shape_row *row;
     struct lum_vec3 p, u, v, n;
     float radius;
     bool hidden; /* camera rays pass it (light.camera_visible = false) */

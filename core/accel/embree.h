@@ -26,7 +26,7 @@
 
 struct lum_device {
     RTCDevice rtc;
-    RTCScene unit_shapes[LUM_SHAPE_KIND_COUNT]; /* what emitter shapes are instances of (emitter_shape.c) */
+    RTCScene unit_shapes[LUM_UNIT_COUNT]; /* what emitter shapes are instances of (emitter_shape.c) */
     char isa[16], version[32];
     bool singly; /* rays are traced one by one */
     /* guarded by lock */
@@ -52,20 +52,6 @@ struct lum_accel_top {
     bool *specks; /* by object: so small that it was left out (top.c) */
     uint32_t n_instances, n_shapes, n_attached;
 };
-
-/* What tells the shapes of emitters apart (emitter_shape.c). */
-struct lum_shape_row {
-    enum RTCGeometryType type;
-    bool (*fill)(RTCGeometry geometry); /* with the unit shape: around the origin, 1 to each side */
-    /* What becomes of its axes in the scene. That of a flat shape which is free gets the length that keeps the map well
-     * conditioned. */
-    void (*place)(const struct lum_accel_shape *s, struct lum_vec3 *ret_x, struct lum_vec3 *ret_y,
-                  struct lum_vec3 *ret_z);
-    struct lum_vec3 (*half)(const struct lum_accel_shape *s); /* half the box that it fills around p */
-    /* The normal of a hit, of any length, q away from p; and its coordinates, where Embree has none. */
-    struct lum_vec3 (*on)(const struct lum_accel_shape *s, struct lum_vec3 q, float *inout_u, float *inout_v);
-};
-extern const struct lum_shape_row lum_shape_rows[LUM_SHAPE_KIND_COUNT];
 
 bool lum_unit_shapes_create(struct lum_device *device);
 void lum_unit_shapes_destroy(struct lum_device *device);

@@ -1,4 +1,4 @@
-/* The shapes of emitters, each a row: a unit shape that Embree knows, how it is placed, and what a hit on it is.
+/* The shapes of emitters, each a row, and the unit shapes that Embree knows.
  *
  * They are instances of one unit shape each. Put into the scene directly they would each add a structure of their own
  * kind, which every ray would walk: measured, a single sphere made occlusion rays 1.8 times slower. */
@@ -107,22 +107,29 @@ static struct lum_vec3 on_sphere(const struct lum_accel_shape *s, struct lum_vec
 
 /* ---- all ---- */
 
-const struct lum_shape_row lum_shape_rows[LUM_SHAPE_KIND_COUNT] = {
-    [LUM_SHAPE_QUAD] = {RTC_GEOMETRY_TYPE_QUAD, fill_quad, place_quad, half_quad, on_quad},
-    [LUM_SHAPE_DISC] = {RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT, fill_disc, place_disc, half_round, on_disc},
-    [LUM_SHAPE_SPHERE] = {RTC_GEOMETRY_TYPE_SPHERE_POINT, fill_sphere, place_sphere, half_round, on_sphere},
+const struct lum_accel_shape_row lum_shape_quad = {LUM_UNIT_SQUARE, place_quad, half_quad, on_quad};
+const struct lum_accel_shape_row lum_shape_disc = {LUM_UNIT_DISC, place_disc, half_round, on_disc};
+const struct lum_accel_shape_row lum_shape_sphere = {LUM_UNIT_SPHERE, place_sphere, half_round, on_sphere};
+
+static const struct {
+    enum RTCGeometryType type;
+    bool (*fill)(RTCGeometry geometry);
+} units[LUM_UNIT_COUNT] = {
+    [LUM_UNIT_SQUARE] = {RTC_GEOMETRY_TYPE_QUAD, fill_quad},
+    [LUM_UNIT_DISC] = {RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT, fill_disc},
+    [LUM_UNIT_SPHERE] = {RTC_GEOMETRY_TYPE_SPHERE_POINT, fill_sphere},
 };
 
 struct lum_vec3 lum_accel_shape_half(const struct lum_accel_shape *s)
 {
-    return lum_shape_rows[s->kind].half(s);
+    return s->row->half(s);
 }
 
-static RTCScene unit_shape(RTCDevice rtc, const struct lum_shape_row *row)
+static RTCScene unit_shape(RTCDevice rtc, enum lum_accel_unit unit)
 {
     RTCScene scene = rtcNewScene(rtc);
-    RTCGeometry geometry = rtcNewGeometry(rtc, row->type);
-    bool ok = scene && geometry && row->fill(geometry);
+    RTCGeometry geometry = rtcNewGeometry(rtc, units[unit].type);
+    bool ok = scene && geometry && units[unit].fill(geometry);
     if (ok) {
         rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST | LUM_SCENE_FLAG_FILTER);
         rtcSetGeometryMask(geometry, LUM_MASK_ALL);
@@ -139,9 +146,9 @@ static RTCScene unit_shape(RTCDevice rtc, const struct lum_shape_row *row)
 
 bool lum_unit_shapes_create(struct lum_device *device)
 {
-    for (int kind = 0; kind < LUM_SHAPE_KIND_COUNT; kind++) {
-        device->unit_shapes[kind] = unit_shape(device->rtc, &lum_shape_rows[kind]);
-        if (!device->unit_shapes[kind])
+    for (int unit = 0; unit < LUM_UNIT_COUNT; unit++) {
+        device->unit_shapes[unit] = unit_shape(device->rtc, (enum lum_accel_unit)unit);
+        if (!device->unit_shapes[unit])
             return false;
     }
     return rtcGetDeviceError(device->rtc) == RTC_ERROR_NONE;
@@ -149,7 +156,7 @@ bool lum_unit_shapes_create(struct lum_device *device)
 
 void lum_unit_shapes_destroy(struct lum_device *device)
 {
-    for (int kind = 0; kind < LUM_SHAPE_KIND_COUNT; kind++)
-        if (device->unit_shapes[kind])
-            rtcReleaseScene(device->unit_shapes[kind]);
+    for (int unit = 0; unit < LUM_UNIT_COUNT; unit++)
+        if (device->unit_shapes[unit])
+            rtcReleaseScene(device->unit_shapes[unit]);
 }

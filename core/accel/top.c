@@ -11,7 +11,7 @@ _Static_assert(LUM_NO_OBJECT == RTC_INVALID_GEOMETRY_ID, "a miss must read as LU
 static struct lum_affine shape_placement(const struct lum_accel_shape *s)
 {
     struct lum_vec3 x, y, z;
-    lum_shape_rows[s->kind].place(s, &x, &y, &z);
+    s->row->place(s, &x, &y, &z);
     return (struct lum_affine){{{x.x, y.x, z.x, s->p.x}, {x.y, y.y, z.y, s->p.y}, {x.z, y.z, z.z, s->p.z}}};
 }
 
@@ -110,7 +110,7 @@ static bool fill_scene(struct lum_accel_top *top, const struct lum_accel_instanc
         const struct lum_accel_shape *s = &top->shapes[i];
         struct lum_affine m = shape_placement(s);
         uint32_t mask = s->hidden ? LUM_MASK_OTHER : LUM_MASK_ALL;
-        if (!attach_instance(top, device->rtc, device->unit_shapes[s->kind], &m, mask))
+        if (!attach_instance(top, device->rtc, device->unit_shapes[s->row->unit], &m, mask))
             return false;
     }
     rtcCommitScene(top->scene);

@@ -236,7 +236,7 @@ static void complete_shape_hits(const struct lum_accel_top *top, const struct lu
         struct lum_vec3 o = lum_v3(rays->ox[i], rays->oy[i], rays->oz[i]);
         struct lum_vec3 d = lum_v3(rays->dx[i], rays->dy[i], rays->dz[i]);
         struct lum_vec3 q = lum_v3_mad(lum_v3_sub(o, s->p), d, h->t[i]);
-        struct lum_vec3 n = lum_shape_rows[s->kind].on(s, q, &h->u[i], &h->v[i]);
+        struct lum_vec3 n = s->row->on(s, q, &h->u[i], &h->v[i]);
         h->ngx[i] = n.x;
         h->ngy[i] = n.y;
         h->ngz[i] = n.z;

@@ -199,6 +199,7 @@ const struct lum_emitter_row lum_emitter_directional = {.sample = sample_directi
                                                         .emit_from_afar = emit_directional,
                                                         .emit_to = emit_directional_to,
                                                         .flux = flux_of_directional,
+                                                        .unit = LUM_POWER_ILLUMINANCE,
                                                         .from_afar = true};
 
 /* ---- a disc ---- */
@@ -288,7 +289,7 @@ const struct lum_emitter_row lum_emitter_far_disc = {.pdf = pdf_of_far_disc,
                                                      .flux = flux_of_far_disc,
                                                      .irradiance = far_disc_irradiance,
                                                      .across = across_far_disc,
-                                                     .shape = LUM_SHAPE_DISC,
+                                                     .shape = &lum_shape_disc,
                                                      .at = hit_on_far_disc,
                                                      .from_afar = true};
 
@@ -315,7 +316,7 @@ bool lum_environment_sample(const struct lum_light *l, struct lum_vec2 u, struct
 
 bool lum_light_is_even_sky(const struct lum_light *l)
 {
-    return l->kind == LUM_EMIT_ENVIRONMENT && (!l->env || lum_env_map_peak(l->env) <= EVEN_PEAK);
+    return l->kind == &lum_emitter_environment && (!l->env || lum_env_map_peak(l->env) <= EVEN_PEAK);
 }
 
 struct lum_rgb lum_sky_radiance(const struct lum_light *l, struct lum_vec3 d)

@@ -24,7 +24,7 @@ bool lum_light_emit(const struct lum_snapshot *s, uint32_t i, const struct lum_p
                     struct lum_vec2 u_position, struct lum_vec2 u_direction, struct lum_light_ray *ret_shot)
 {
     const struct lum_light *l = &s->lights.lights[i];
-    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    const struct lum_emitter_row *row = l->kind;
     return row->emit ? row->emit(s, l, u_position, u_direction, ret_shot)
                      : row->emit_from_afar(s, l, portals, u_position, u_direction, ret_shot);
 }
@@ -33,19 +33,19 @@ bool lum_light_emit_to(const struct lum_snapshot *s, uint32_t i, const struct lu
                        struct lum_vec2 u, struct lum_light_ray *ret_shot, float *ret_pdf_sa)
 {
     const struct lum_light *l = &s->lights.lights[i];
-    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    const struct lum_emitter_row *row = l->kind;
     return row->emit_to && row->emit_to(s, l, portals, p, u, ret_shot, ret_pdf_sa);
 }
 
 float lum_light_emit_to_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 wi)
 {
     const struct lum_light *l = &s->lights.lights[i];
-    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    const struct lum_emitter_row *row = l->kind;
     return row->emit_to_pdf ? row->emit_to_pdf(l, wi) : 1.0f;
 }
 
 double lum_light_flux_unit(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
 {
-    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    const struct lum_emitter_row *row = l->kind;
     return row->flux ? row->flux(l, bounds_lo, bounds_hi) : LUM_PI_D * (double)l->area;
 }

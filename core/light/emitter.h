@@ -1,5 +1,4 @@
-/* What tells emitters apart at render time: a row of functions for each member of enum lum_emitter, in a file of its
- * own. What they share is below. */
+/* What tells emitters apart at render time: a row of functions, in a file of its own. What they share is below. */
 #ifndef LUM_CORE_LIGHT_EMITTER_H
 #define LUM_CORE_LIGHT_EMITTER_H
 
@@ -11,6 +10,9 @@
 #include "core/light/tree.h"
 
 struct lum_portals;
+
+/* What the power of an emitter is measured in. */
+enum lum_power_unit { LUM_POWER_LUMINANCE, LUM_POWER_INTENSITY, LUM_POWER_ILLUMINANCE };
 
 #define LUM_ONE_MINUS 0x1.fffffep-1f /* the largest float below 1 */
 
@@ -47,16 +49,12 @@ struct lum_emitter_row {
     /* Of what rays can meet; across NULL: of nothing. How wide it is at its narrowest, as what it is traced, and the
      * point of a hit, of which ng is the normal there (any length; it becomes a unit). */
     float (*across)(const struct lum_light *l);
-    enum lum_accel_shape_kind shape;
+    const struct lum_accel_shape_row *shape;
     struct lum_vec3 (*at)(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng);
-    bool from_afar; /* it is nowhere */
-    bool flat;      /* it shines from one side of the plane through p */
+    enum lum_power_unit unit; /* cd/m2, or: cd of a point, lx of light from one direction */
+    bool from_afar;           /* it is nowhere */
+    bool flat;                /* it shines from one side of the plane through p */
 };
-/* X(QUAD, quad) is lum_emitter_quad. */
-#define LUM_EMITTER_ROW(NAME, name) extern const struct lum_emitter_row lum_emitter_##name;
-LUM_EMITTERS(LUM_EMITTER_ROW)
-extern const struct lum_emitter_row *const lum_emitters[LUM_EMITTER_COUNT];
-
 /* ---- emitters with area (light.c) ---- */
 
 /* Solid-angle pdf of a point sampled uniformly over area. 0 when it is not lit from there, or not finite. */

@@ -356,14 +356,14 @@ void lum_quad_irradiances(const struct lum_light *l, uint32_t n_points, const st
 
 bool lum_light_has_irradiance(const struct lum_light *l)
 {
-    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    const struct lum_emitter_row *row = l->kind;
     return (row->irradiance || row->irradiances) && (!row->has_irradiance || row->has_irradiance(l));
 }
 
 void lum_light_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
                           const struct lum_vec3 *n, struct lum_irradiance *ret)
 {
-    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    const struct lum_emitter_row *row = l->kind;
     if (row->irradiances)
         row->irradiances(l, n_points, p, n, ret);
     for (uint32_t i = 0; i < n_points && row->irradiance; i++)

@@ -5,9 +5,6 @@
 #include "core/math/cdf.h"
 #include "core/scene/snapshot.h"
 
-#define ADDRESS(NAME, name) &lum_emitter_##name,
-const struct lum_emitter_row *const lum_emitters[LUM_EMITTER_COUNT] = {LUM_EMITTERS(ADDRESS)};
-
 uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float *ret_prob)
 {
     if (t->n_active == 0)
@@ -24,7 +21,7 @@ uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float 
 
 bool lum_light_is_from_afar(const struct lum_light *l)
 {
-    return lum_emitters[l->kind]->from_afar;
+    return l->kind->from_afar;
 }
 
 /* ---- emitters with area ---- */
@@ -58,7 +55,7 @@ bool lum_emitter_area_sample(const struct lum_light *l, struct lum_vec3 p, struc
 bool lum_light_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
                      struct lum_light_place *ret)
 {
-    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    const struct lum_emitter_row *row = l->kind;
     return row->place && row->place(s, l, u, ret);
 }
 
@@ -106,7 +103,7 @@ bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_ve
                          struct lum_light_sample *ret_sample)
 {
     const struct lum_light *l = &s->lights.lights[i];
-    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    const struct lum_emitter_row *row = l->kind;
     return row->sample ? row->sample(s, l, p, u, ret_sample) : sample_by_place(s, l, p, u, ret_sample);
 }
 
@@ -133,7 +130,7 @@ static void aim_at_place(const struct lum_snapshot *s, const struct lum_light *l
 void lum_light_aim(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u, struct lum_light_target *ret)
 {
     const struct lum_light *l = &s->lights.lights[i];
-    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    const struct lum_emitter_row *row = l->kind;
     *ret = (struct lum_light_target){.kind = row->aim || row->place ? LUM_TARGET_NONE : LUM_TARGET_EACH};
     if (row->aim)
         row->aim(s, l, u, ret);
@@ -144,7 +141,7 @@ void lum_light_aim(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u, 
 float lum_light_even_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p)
 {
     const struct lum_light *l = &s->lights.lights[i];
-    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    const struct lum_emitter_row *row = l->kind;
     return row->even_pdf ? row->even_pdf(l, p) : 0.0f;
 }
 
@@ -152,7 +149,7 @@ float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p,
                     struct lum_vec3 p_light, struct lum_vec3 ng_light)
 {
     const struct lum_light *l = &s->lights.lights[i];
-    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    const struct lum_emitter_row *row = l->kind;
     return row->pdf ? row->pdf(l, p, wi, lum_length(lum_v3_sub(p_light, p)), fabsf(lum_dot(wi, ng_light))) : 0.0f;
 }
 

@@ -14,20 +14,14 @@ struct lum_web;     /* intensity by direction (light/web.h) */
 struct lum_light_tree;
 struct lum_facets;
 
-/* What lights are at render time; what tells them apart is a row (emitter.h). */
-#define LUM_EMITTERS(X)                                                                                                \
-    X(POINT, point) /* with a falloff: point, spot, ies */                                                             \
-    X(DIRECTIONAL, directional)                                                                                        \
-    X(FAR_DISC, far_disc) /* directional light with an extent: the sun */                                              \
-    X(QUAD, quad)                                                                                                      \
-    X(DISC, disc)                                                                                                      \
-    X(SPHERE, sphere)                                                                                                  \
-    X(OPENING_RECTANGLE, opening_rectangle) /* of a lamp with a web */                                                 \
-    X(OPENING_DISC, opening_disc)                                                                                      \
-    X(MESH, mesh)                                                                                                      \
-    X(ENVIRONMENT, environment)
-#define LUM_EMITTER_MEMBER(NAME, name) LUM_EMIT_##NAME,
-enum lum_emitter { LUM_EMITTERS(LUM_EMITTER_MEMBER) LUM_EMITTER_COUNT };
+/* What lights are at render time: a row of functions (emitter.h). These are asked for by name; a kind of light may
+ * bring one that nobody else knows. */
+struct lum_emitter_row;
+extern const struct lum_emitter_row lum_emitter_point, /* with a falloff: point, spot, ies */
+    lum_emitter_directional, lum_emitter_far_disc,     /* directional light with an extent: the sun */
+    lum_emitter_quad, lum_emitter_disc, lum_emitter_sphere, lum_emitter_opening_rectangle,
+    lum_emitter_opening_disc, /* openings: of a lamp with a web */
+    lum_emitter_mesh, lum_emitter_environment;
 
 /* A point light nearer than this, in scene units, shines as from this far: the scale of lum_ray_offset, below which its
  * side of the surface is not known. Keeps 1 / r^2 finite. */
@@ -38,7 +32,7 @@ enum lum_emitter { LUM_EMITTERS(LUM_EMITTER_MEMBER) LUM_EMITTER_COUNT };
 #define LUM_FAR 0x1p22f
 
 struct lum_light {
-    enum lum_emitter kind;
+    const struct lum_emitter_row *kind;
     const struct lum_falloff *falloff; /* point */
     struct lum_rgb
         power;         /* cd * scale^2 (point, opening), lx (directional), cd/m2 (area, mesh, far disc, environment) */

@@ -30,7 +30,7 @@ static struct lum_vec3 on_disc(const struct lum_light *l, struct lum_vec2 d)
 
 static struct lum_vec3 point_of(const struct lum_light *l, struct lum_vec2 u)
 {
-    return l->kind == LUM_EMIT_OPENING_DISC ? on_disc(l, lum_warp_disc(u)) : on_rectangle(l, u);
+    return l->kind == &lum_emitter_opening_disc ? on_disc(l, lum_warp_disc(u)) : on_rectangle(l, u);
 }
 
 static bool place_on_opening(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
@@ -106,7 +106,7 @@ static struct lum_vec3 hit_on_disc(const struct lum_light *l, struct lum_vec2 uv
 /* All around, and as much anywhere: what a web says of one direction is not asked. */
 static struct lum_light_reach reach_of_opening(const struct lum_light *l)
 {
-    bool round = l->kind == LUM_EMIT_OPENING_DISC;
+    bool round = l->kind == &lum_emitter_opening_disc;
     return (struct lum_light_reach){
         .centre = l->p,
         .radius = round ? l->radius : fmaxf(lum_length(lum_v3_add(l->u, l->v)), lum_length(lum_v3_sub(l->u, l->v))),
@@ -121,9 +121,10 @@ const struct lum_emitter_row lum_emitter_opening_rectangle = {.reach = reach_of_
                                                               .aim = aim_at_opening,
                                                               .emit = emit_opening,
                                                               .flux = flux_of_opening,
+                                                              .unit = LUM_POWER_INTENSITY,
                                                               .half = half_rectangle,
                                                               .across = across_rectangle,
-                                                              .shape = LUM_SHAPE_QUAD,
+                                                              .shape = &lum_shape_quad,
                                                               .at = hit_on_rectangle};
 const struct lum_emitter_row lum_emitter_opening_disc = {.reach = reach_of_opening,
                                                          .pdf = pdf_of_opening,
@@ -131,7 +132,8 @@ const struct lum_emitter_row lum_emitter_opening_disc = {.reach = reach_of_openi
                                                          .aim = aim_at_opening,
                                                          .emit = emit_opening,
                                                          .flux = flux_of_opening,
+                                                         .unit = LUM_POWER_INTENSITY,
                                                          .half = half_disc,
                                                          .across = across_disc,
-                                                         .shape = LUM_SHAPE_DISC,
+                                                         .shape = &lum_shape_disc,
                                                          .at = hit_on_disc};

@@ -47,5 +47,9 @@ static struct lum_light_reach reach_of_point(const struct lum_light *l)
                                     .intensity = (float)l->falloff->flux(l) / (2.0f * LUM_PI * omc)};
 }
 
-const struct lum_emitter_row lum_emitter_point = {
-    .reach = reach_of_point, .sample = sample_point, .emit = emit_point, .flux = flux_of_point, .half = half_point};
+const struct lum_emitter_row lum_emitter_point = {.reach = reach_of_point,
+                                                  .sample = sample_point,
+                                                  .emit = emit_point,
+                                                  .flux = flux_of_point,
+                                                  .half = half_point,
+                                                  .unit = LUM_POWER_INTENSITY};

@@ -77,7 +77,7 @@ static float even_pdf_of_quad(const struct lum_light *l, struct lum_vec3 p)
 static bool is_far_quad(const struct lum_light *l, struct lum_vec3 p)
 {
     struct lum_vec3 d = lum_v3_sub(p, l->p);
-    return l->kind == LUM_EMIT_QUAD && lum_dot(d, d) > PLAIN_FROM * l->area;
+    return l->kind == &lum_emitter_quad && lum_dot(d, d) > PLAIN_FROM * l->area;
 }
 
 bool lum_light_sample_plainly(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
@@ -99,7 +99,7 @@ void lum_light_look(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p,
     /* Where there is a closed form samples tell what is hidden, and may weigh as they do. */
     if (l->facets && !lum_light_has_irradiance(l) && lum_mesh_look(l, p, &ret->facets))
         ret->kind = LUM_VIEW_FACETS;
-    if (l->kind != LUM_EMIT_QUAD)
+    if (l->kind != &lum_emitter_quad)
         return;
     if (is_far_quad(l, p))
         ret->kind = LUM_VIEW_AREA;
@@ -219,6 +219,6 @@ const struct lum_emitter_row lum_emitter_quad = {.sample = sample_quad,
                                                  .half = half_quad,
                                                  .reach = reach_of_quad,
                                                  .across = across_quad,
-                                                 .shape = LUM_SHAPE_QUAD,
+                                                 .shape = &lum_shape_quad,
                                                  .at = hit_on_quad,
                                                  .flat = true};

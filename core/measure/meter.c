@@ -234,7 +234,7 @@ static void glance_around(const struct lum_meter *m, uint32_t place, struct know
 
 static bool is_counted(const struct lum_meter_place *at, const struct lum_light *l)
 {
-    return at->kind != LUM_METER_EYE || l->kind == LUM_EMIT_ENVIRONMENT;
+    return at->kind != LUM_METER_EYE || l->kind == &lum_emitter_environment;
 }
 
 static void check(struct lum_meter *m, uint32_t place)

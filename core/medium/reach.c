@@ -47,7 +47,7 @@ bool lum_light_reaches(const struct lum_light *l, struct lum_segment *inout)
 {
     if (l->falloff && l->falloff->cone)
         return clip_cone(l, inout, &inout->t0, &inout->t1);
-    if (!lum_emitters[l->kind]->flat)
+    if (!l->kind->flat)
         return true;
     return clip_half((double)lum_dot(lum_v3_sub(inout->o, l->p), l->n), (double)lum_dot(inout->d, l->n), &inout->t0,
                      &inout->t1);

@@ -62,7 +62,7 @@ static bool place_of_light(const struct lum_snapshot *s, const struct lum_light 
     if (lum_light_is_from_afar(l))
         return false;
     *ret_p = l->p;
-    if (l->kind == LUM_EMIT_MESH) {
+    if (l->kind == &lum_emitter_mesh) {
         const struct lum_instance *instance = &s->instances[l->instance];
         struct lum_vec3 sum = lum_v3_add(instance->mesh->bounds_lo, instance->mesh->bounds_hi);
         *ret_p = lum_affine_point(&instance->local_to_scene, lum_v3_mul(sum, 0.5f));

@@ -18,17 +18,15 @@
     {                                                                                                                  \
         [LUM_EFFECT_DIRECT] = &lum_estimator_shadow, [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_ais_shadow,             \
         [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_ais_shadow,                                                          \
-        [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_ais_indirect,                                                   \
-        [LUM_EFFECT_REFLECTION] = &lum_estimator_specular, [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular,        \
-        [LUM_EFFECT_GLOSSY] = &lum_estimator_ais_gloss, [LUM_EFFECT_MEDIA] = &lum_estimator_ais_media                  \
+        [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_ais_indirect, [LUM_EFFECT_GLOSSY] = &lum_estimator_ais_gloss,   \
+        [LUM_EFFECT_MEDIA] = &lum_estimator_ais_media                                                                  \
     }
 
 /* The thesis' "RT", and what its caches add. */
 #define CACHED_EFFECTS(cached)                                                                                         \
     {                                                                                                                  \
         [LUM_EFFECT_DIRECT] = &lum_estimator_shadow, [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_shadow,                 \
-        [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_shadow, [LUM_EFFECT_INDIRECT_DIFFUSE] = &(cached),                   \
-        [LUM_EFFECT_REFLECTION] = &lum_estimator_specular, [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular         \
+        [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_shadow, [LUM_EFFECT_INDIRECT_DIFFUSE] = &(cached)                    \
     }
 
 static const struct lum_method methods[] = {
@@ -40,8 +38,6 @@ static const struct lum_method methods[] = {
                 [LUM_EFFECT_DIRECT] = &lum_estimator_shadow,
                 [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_shadow,
                 [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_shadow,
-                [LUM_EFFECT_REFLECTION] = &lum_estimator_specular,
-                [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular,
             },
     },
     {
@@ -55,8 +51,6 @@ static const struct lum_method methods[] = {
                 [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_ais_shadow,
                 [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_ais_shadow,
                 [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_igi_indirect,
-                [LUM_EFFECT_REFLECTION] = &lum_estimator_specular,
-                [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular,
                 [LUM_EFFECT_GLOSSY] = &lum_estimator_ais_gloss,
             },
         .filters = {&lum_filter_ais},
@@ -143,19 +137,6 @@ static const struct lum_method methods[] = {
             },
     },
 };
-
-#define ROW(NAME, name) &lum_effect_##name,
-const struct lum_effect_row *const lum_effect_rows[LUM_EFFECT_COUNT] = {LUM_EFFECTS(ROW)};
-
-void lum_demand_derive(const struct lum_snapshot *snapshot, struct lum_demand *ret_demand)
-{
-    struct lum_sights sights = lum_sights_of(snapshot);
-    struct lum_demand d = {0};
-    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
-        if (lum_effect_rows[e]->demand)
-            lum_effect_rows[e]->demand(&sights, lum_effect_rows[e], (enum lum_effect)e, &d);
-    *ret_demand = d;
-}
 
 const struct lum_method *lum_methods(size_t *ret_n)
 {

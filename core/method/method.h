@@ -1,4 +1,4 @@
-/* The tables of effects and of methods: an estimator computes one or several effects of a frame, and a method is a row
+/* The table of methods: an estimator computes one or several effects of a frame, and a method is a row
  * that says which estimator serves each effect. Adding a method is one row, and its estimator one file. All methods
  * live in one binary and are chosen per view at run time. */
 #ifndef LUM_CORE_METHOD_METHOD_H
@@ -6,10 +6,6 @@
 
 #include "core/pass/method.h"
 #include "core/trace/demand.h"
-
-extern const struct lum_effect_row *const lum_effect_rows[LUM_EFFECT_COUNT];
-/* Asks all rows. */
-void lum_demand_derive(const struct lum_snapshot *snapshot, struct lum_demand *ret_demand);
 
 /* The table, in display order; n rows. */
 const struct lum_method *lum_methods(size_t *ret_n);

@@ -52,7 +52,7 @@ static uint32_t ask_estimators(struct lum_components *c, const struct lum_pass *
     uint32_t filled = 0;
     c->lasting = 0;
     for (int e = 0; e < LUM_EFFECT_COUNT; e++) {
-        const struct lum_estimator *by = pass->on[e] ? pass->settings->method->serves[e] : NULL;
+        const struct lum_estimator *by = pass->on[e] ? lum_method_serves(pass->settings->method, e) : NULL;
         if (!by)
             continue;
         filled |= by->components | by->joins;

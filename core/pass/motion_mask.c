@@ -225,7 +225,7 @@ bool lum_motion_mask_light(const struct lum_motion_mask *motion_mask, const stru
                            struct lum_bounds *ret_bounds)
 {
     return lum_light_bounds(motion_mask->snapshot, light, ret_bounds) &&
-           !(light->kind == LUM_EMIT_MESH && lum_motion_moves(&motion_mask->motion, light->instance, ret_bounds));
+           !(light->kind == &lum_emitter_mesh && lum_motion_moves(&motion_mask->motion, light->instance, ret_bounds));
 }
 
 static bool same_hit(const struct lum_hits *a, const struct lum_hits *b, uint32_t i)

@@ -179,7 +179,8 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
 static bool is_seen_lamp(const struct lum_wave *w, const struct lum_path *path, uint32_t light, struct lum_rgb radiance)
 {
     return path->effect == LUM_EFFECT_ANTIALIAS && light != LUM_NO_OBJECT &&
-           (w->snapshot->lights.lights[light].kind != LUM_EMIT_ENVIRONMENT || lum_luminance(radiance) > w->apart_cd_m2);
+           (w->snapshot->lights.lights[light].kind != &lum_emitter_environment ||
+            lum_luminance(radiance) > w->apart_cd_m2);
 }
 
 /* What shines at the end of the path's ray. */

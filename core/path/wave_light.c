@@ -44,7 +44,7 @@ static bool sample_light(const struct lum_wave *w, uint32_t light, struct lum_ve
                          struct lum_light_sample *ret)
 {
     const struct lum_light *l = &w->snapshot->lights.lights[light];
-    if (l->kind == LUM_EMIT_ENVIRONMENT)
+    if (l->kind == &lum_emitter_environment)
         return lum_environment_sample_by_portals(l, w->portals, p, u, ret);
     return lum_light_sample_plainly(w->snapshot, light, p, u, ret);
 }

@@ -104,7 +104,7 @@ static struct plan make_plan(const struct lum_deferred *d, const struct lum_pass
     plan_stage(&plan, &lum_stage_composite);
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         if (pass->on[e] && !(pass->settings->illuminance && is_of_luminance((enum lum_effect)e)))
-            plan_stage(&plan, method->serves[e]);
+            plan_stage(&plan, lum_method_serves(method, e));
     for (size_t i = 0; i < LUM_ARRAY_LEN(method->filters) && method->filters[i]; i++)
         plan_stage(&plan, method->filters[i]);
     plan.components = plan.components || method->filters[0] || method->cache;

@@ -48,7 +48,7 @@ static enum lum_status trace(struct lum_measurement *m, const struct lum_pass *f
         return LUM_OK;
     }
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
-        pass.on[e] = on[e] && (e != LUM_EFFECT_ANTIALIAS || frame->settings->method->serves[e]);
+        pass.on[e] = on[e] && (e != LUM_EFFECT_ANTIALIAS || lum_method_serves(frame->settings->method, e));
     int64_t begin_ns = lum_clock_ns();
     enum lum_status status = lum_error_probes_trace(m->probes, &pass, (uint64_t)max_rays, runner);
     m->error = lum_error_probes_error(m->probes, pass.film);

@@ -193,7 +193,7 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
     lum_demand_choose(&v->chosen, pass->settings->antialias, pass->settings->effects_off,
                       pass->settings->effects_on | (called ? LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) : 0));
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
-        pass->on[e] = v->chosen.on[e] && pass->settings->method->serves[e];
+        pass->on[e] = v->chosen.on[e] && lum_method_serves(pass->settings->method, e);
 }
 
 /* Samples that every pixel has. The fast frame of a method that refines counts as one. */
@@ -468,7 +468,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     refresh_film(view, &pass);
     struct lum_pass_stats stats = {.scene_rev = snapshot->scene_rev, .demand = view->chosen};
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
-        stats.served[e] = settings->method->serves[e] != NULL;
+        stats.served[e] = lum_method_serves(settings->method, e) != NULL;
     stats.cache.records = n_records(view, settings->method);
     stats.n_vpls = settings->method->progressive ? 0 : view->deferred.n_vpls;
     struct lum_stage_runner runner = {view->pool, view->counters, cancel, &stats, view->team};

@@ -10,20 +10,13 @@
 
 struct lum_web;
 
-/* Every kind of light; what tells it apart is its row (light_kind.h). */
-#define LUM_LIGHT_KINDS(X)                                                                                             \
-    X(POINT, point)                                                                                                    \
-    X(SPOT, spot)                                                                                                      \
-    X(IES, ies)                                                                                                        \
-    X(DIRECTIONAL, directional)                                                                                        \
-    X(QUAD, quad)                                                                                                      \
-    X(DISC, disc)                                                                                                      \
-    X(SPHERE, sphere)                                                                                                  \
-    X(ENVIRONMENT, environment)                                                                                        \
-    X(SKY, sky)                                                                                                        \
-    X(SUN, sun)
-#define LUM_LIGHT_KIND_MEMBER(NAME, name) LUM_LIGHT_##NAME,
-enum lum_light_kind { LUM_LIGHT_KINDS(LUM_LIGHT_KIND_MEMBER) LUM_LIGHT_KIND_COUNT };
+/* What tells kinds of light apart (light_kind.h): a row. These are asked for by name; the list of all is the protocol's
+ * (server/world/light_kinds.h). */
+struct lum_light_kind_row;
+extern const struct lum_light_kind_row lum_light_kind_point, lum_light_kind_spot, lum_light_kind_ies,
+    lum_light_kind_directional, lum_light_kind_quad, lum_light_kind_disc, lum_light_kind_sphere,
+    lum_light_kind_environment, lum_light_kind_sky, lum_light_kind_sun;
+
 /* Of a lamp with a web: the flat shape that shines. A disc has the area of the ellipse of its two diameters. */
 enum lum_opening { LUM_OPENING_POINT, LUM_OPENING_RECTANGLE, LUM_OPENING_DISC };
 
@@ -32,7 +25,7 @@ enum lum_opening { LUM_OPENING_POINT, LUM_OPENING_RECTANGLE, LUM_OPENING_DISC };
 enum lum_sky_amount { LUM_SKY_ZENITH, LUM_SKY_HORIZONTAL, LUM_SKY_BY_SUN };
 
 struct lum_light_desc {
-    enum lum_light_kind kind;
+    const struct lum_light_kind_row *kind;
     struct lum_vec3d position;  /* point, spot, ies, disc, sphere: centre; quad: centre */
     struct lum_vec3d direction; /* spot, ies, directional, disc, sun: where light goes; need not be unit */
     struct lum_vec3d u, v;      /* quad: full edges; emits towards cross(u, v). ies: u is, but for what it has

@@ -58,8 +58,8 @@ static void resolve_spot(const struct lum_light_desc *d, double scale, struct lu
 }
 
 const struct lum_light_kind_row lum_light_kind_point = {
-    .emitter = LUM_EMIT_POINT, .falloff = &lum_falloff_even, .flux = flux_of_point};
-const struct lum_light_kind_row lum_light_kind_spot = {.emitter = LUM_EMIT_POINT,
+    .emitter = &lum_emitter_point, .falloff = &lum_falloff_even, .flux = flux_of_point};
+const struct lum_light_kind_row lum_light_kind_spot = {.emitter = &lum_emitter_point,
                                                        .falloff = &lum_falloff_spot,
                                                        .aimed = true,
                                                        .check = check_cone,
@@ -98,7 +98,7 @@ static void open_up(const struct lum_light_desc *d, double scale, struct lum_vec
     if (d->opening == LUM_OPENING_POINT || !(d->opening_m[0] >= OPENING_MIN && d->opening_m[1] >= OPENING_MIN))
         return;
     bool disc = d->opening == LUM_OPENING_DISC;
-    l->kind = disc ? LUM_EMIT_OPENING_DISC : LUM_EMIT_OPENING_RECTANGLE;
+    l->kind = disc ? &lum_emitter_opening_disc : &lum_emitter_opening_rectangle;
     l->falloff = NULL;
     l->delta = false;
     l->both_sides = true;
@@ -125,7 +125,7 @@ static double flux_of_web(const struct lum_light_desc *d)
     return d->web->flux_sr;
 }
 
-const struct lum_light_kind_row lum_light_kind_ies = {.emitter = LUM_EMIT_POINT,
+const struct lum_light_kind_row lum_light_kind_ies = {.emitter = &lum_emitter_point,
                                                       .falloff = &lum_falloff_web,
                                                       .aimed = true,
                                                       .check = check_web,
@@ -167,8 +167,11 @@ static void resolve_quad(const struct lum_light_desc *d, double scale, struct lu
     l->area = 4.0f * lum_length(lum_cross(l->u, l->v));
 }
 
-const struct lum_light_kind_row lum_light_kind_quad = {
-    .emitter = LUM_EMIT_QUAD, .check = check_edges, .half = half_quad, .resolve = resolve_quad, .flux = flux_of_quad};
+const struct lum_light_kind_row lum_light_kind_quad = {.emitter = &lum_emitter_quad,
+                                                       .check = check_edges,
+                                                       .half = half_quad,
+                                                       .resolve = resolve_quad,
+                                                       .flux = flux_of_quad};
 
 static enum lum_status check_radius(const struct lum_light_desc *d, struct lum_error *err)
 {
@@ -183,7 +186,7 @@ static struct lum_vec3d half_round(const struct lum_light_desc *d)
 static void resolve_round(const struct lum_light_desc *d, double scale, struct lum_light *l)
 {
     l->radius = (float)(d->radius_m * scale);
-    l->area = (d->kind == LUM_LIGHT_SPHERE ? 4.0f : 1.0f) * LUM_PI * l->radius * l->radius;
+    l->area = (d->kind == &lum_light_kind_sphere ? 4.0f : 1.0f) * LUM_PI * l->radius * l->radius;
 }
 
 static double flux_of_disc(const struct lum_light_desc *d)
@@ -191,7 +194,7 @@ static double flux_of_disc(const struct lum_light_desc *d)
     return LUM_PI_D * LUM_PI_D * (d->radius_m * d->radius_m);
 }
 
-const struct lum_light_kind_row lum_light_kind_disc = {.emitter = LUM_EMIT_DISC,
+const struct lum_light_kind_row lum_light_kind_disc = {.emitter = &lum_emitter_disc,
                                                        .aimed = true,
                                                        .check = check_radius,
                                                        .half = half_round,
@@ -203,7 +206,7 @@ static double flux_of_sphere(const struct lum_light_desc *d)
     return 4.0 * LUM_PI_D * LUM_PI_D * (d->radius_m * d->radius_m);
 }
 
-const struct lum_light_kind_row lum_light_kind_sphere = {.emitter = LUM_EMIT_SPHERE,
+const struct lum_light_kind_row lum_light_kind_sphere = {.emitter = &lum_emitter_sphere,
                                                          .check = check_radius,
                                                          .half = half_round,
                                                          .resolve = resolve_round,
@@ -225,7 +228,7 @@ static void resolve_far(const struct lum_light_desc *d, double scale, struct lum
     if (!(d->diameter_rad >= DIAMETER_MIN))
         return;
     double sine = sin(0.5 * d->diameter_rad);
-    l->kind = LUM_EMIT_FAR_DISC;
+    l->kind = &lum_emitter_far_disc;
     l->delta = false;
     l->p = lum_v3_mul(l->n, -LUM_FAR);
     l->radius = LUM_FAR * (float)tan(0.5 * d->diameter_rad);
@@ -234,7 +237,7 @@ static void resolve_far(const struct lum_light_desc *d, double scale, struct lum
 }
 
 const struct lum_light_kind_row lum_light_kind_directional = {
-    .emitter = LUM_EMIT_DIRECTIONAL, .aimed = true, .check = check_diameter, .resolve = resolve_far};
+    .emitter = &lum_emitter_directional, .aimed = true, .check = check_diameter, .resolve = resolve_far};
 
 static enum lum_status check_rotation(const struct lum_light_desc *d, struct lum_error *err)
 {
@@ -250,7 +253,7 @@ static void resolve_environment(const struct lum_light_desc *d, double scale, st
 }
 
 const struct lum_light_kind_row lum_light_kind_environment = {
-    .emitter = LUM_EMIT_ENVIRONMENT, .check = check_rotation, .resolve = resolve_environment};
+    .emitter = &lum_emitter_environment, .check = check_rotation, .resolve = resolve_environment};
 
 /* ---- daylight ---- */
 
@@ -265,17 +268,12 @@ static enum lum_status check_sky(const struct lum_light_desc *d, struct lum_erro
 }
 
 /* Where it has its sun and how much light that makes, the other lights say: lum_sky_resolve (sky.c). */
-const struct lum_light_kind_row lum_light_kind_sky = {.emitter = LUM_EMIT_ENVIRONMENT, .check = check_sky};
+const struct lum_light_kind_row lum_light_kind_sky = {.emitter = &lum_emitter_environment, .check = check_sky};
 
 const struct lum_light_kind_row lum_light_kind_sun = {
-    .emitter = LUM_EMIT_DIRECTIONAL, .aimed = true, .check = check_diameter, .resolve = resolve_far};
+    .emitter = &lum_emitter_directional, .aimed = true, .check = check_diameter, .resolve = resolve_far};
 
 /* ---- all ---- */
-
-#define TEXT(NAME, name) #name,
-const char *const lum_light_kind_names[LUM_LIGHT_KIND_COUNT] = {LUM_LIGHT_KINDS(TEXT)};
-#define ADDRESS(NAME, name) &lum_light_kind_##name,
-const struct lum_light_kind_row *const lum_light_kinds[LUM_LIGHT_KIND_COUNT] = {LUM_LIGHT_KINDS(ADDRESS)};
 
 /* Bounds candela in scene units so that 1 / r^2 at LUM_POINT_LIGHT_NEAR (2^32) stays 2^32 inside the range of float,
  * for sharp lobes and rare picks. Nothing real reaches it: 1e9 cd, an arc searchlight, does in a scene of 0.5 mm. */
@@ -286,16 +284,16 @@ static float bounded_power(float power)
 
 static bool from_afar(const struct lum_light_kind_row *row)
 {
-    return lum_emitters[row->emitter]->from_afar;
+    return row->emitter->from_afar;
 }
 
 void lum_light_kind_resolve(const struct lum_light_desc *d, const struct lum_normalisation *norm, struct lum_light *l)
 {
-    const struct lum_light_kind_row *row = lum_light_kinds[d->kind];
-    bool in_candela = row->emitter == LUM_EMIT_POINT;
+    const struct lum_light_kind_row *row = d->kind;
+    bool in_candela = row->emitter->unit == LUM_POWER_INTENSITY;
     l->kind = row->emitter;
     l->falloff = row->falloff;
-    l->delta = row->emitter == LUM_EMIT_POINT || row->emitter == LUM_EMIT_DIRECTIONAL;
+    l->delta = row->emitter->unit != LUM_POWER_LUMINANCE;
     l->power = lum_rgb_scale(d->color, (float)(d->intensity * (in_candela ? norm->scale * norm->scale : 1.0)));
     l->power = lum_rgb(bounded_power(l->power.r), bounded_power(l->power.g), bounded_power(l->power.b));
     if (!from_afar(row))
@@ -308,9 +306,9 @@ void lum_light_kind_resolve(const struct lum_light_desc *d, const struct lum_nor
 
 enum lum_status lum_light_kind_check(const struct lum_light_desc *d, struct lum_error *err)
 {
-    if ((unsigned)d->kind >= LUM_LIGHT_KIND_COUNT)
+    if (!d->kind)
         return lum_fail(err, LUM_ERR_INVALID, "kind", "is not a kind of light");
-    const struct lum_light_kind_row *row = lum_light_kinds[d->kind];
+    const struct lum_light_kind_row *row = d->kind;
     enum lum_status status = LUM_OK;
     if (!from_afar(row))
         status = lum_check_vec("position", d->position, LUM_LENGTH_MAX, err);
@@ -330,7 +328,7 @@ enum lum_status lum_light_from_flux(const struct lum_light_desc *light, double f
         status = lum_check_range("flux_lm", flux_lm, 0.0, LUM_POWER_MAX, err);
     if (status != LUM_OK)
         return status;
-    const struct lum_light_kind_row *row = lum_light_kinds[light->kind];
+    const struct lum_light_kind_row *row = light->kind;
     if (!row->flux)
         return lum_fail(err, LUM_ERR_INVALID, "flux_lm", "a light from afar has no flux");
     double per_intensity = row->flux(light);

@@ -11,10 +11,9 @@
 #define LUM_POWER_MAX 1e12
 
 struct lum_light_kind_row {
-    enum lum_emitter emitter; /* what it is at render time; tells the unit of its intensity too: cd of a point, lx of a
-                                 directional light, else cd/m2 */
-    const struct lum_falloff *falloff; /* of a point */
-    bool aimed;                        /* has a direction */
+    const struct lum_emitter_row *emitter; /* what it is at render time, and what its intensity is measured in */
+    const struct lum_falloff *falloff;     /* of a point */
+    bool aimed;                            /* has a direction */
     /* Of the fields that it has alone; each NULL where there are none. Half the box that it fills, in metres; what it
      * becomes at render time, with scene units a metre. */
     enum lum_status (*check)(const struct lum_light_desc *d, struct lum_error *err);
@@ -22,11 +21,6 @@ struct lum_light_kind_row {
     void (*resolve)(const struct lum_light_desc *d, double scale, struct lum_light *inout);
     double (*flux)(const struct lum_light_desc *d); /* lm of intensity 1. NULL: it has none to tell */
 };
-#define LUM_LIGHT_KIND_ROW(NAME, name) extern const struct lum_light_kind_row lum_light_kind_##name;
-LUM_LIGHT_KINDS(LUM_LIGHT_KIND_ROW)
-extern const char *const lum_light_kind_names[LUM_LIGHT_KIND_COUNT]; /* as in records: "spot" */
-extern const struct lum_light_kind_row *const lum_light_kinds[LUM_LIGHT_KIND_COUNT];
-
 /* Its shape and power at render time, of a row that has been checked. */
 void lum_light_kind_resolve(const struct lum_light_desc *d, const struct lum_normalisation *norm,
                             struct lum_light *ret_light);

@@ -29,11 +29,11 @@ static void resolve_light(struct lum_light *l, const struct lum_light_entry *ent
 static void add_shape(struct lum_light_part *part, struct lum_light *l, uint32_t light)
 {
     const float smallest = 0x1p-28f;
-    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    const struct lum_emitter_row *row = l->kind;
     if (!row->across || !(row->across(l) >= smallest) || !isfinite(l->area) || !lum_v3_finite(l->p))
         return;
     struct lum_accel_shape *s = &part->shapes[part->n_shapes];
-    s->kind = row->shape;
+    s->row = row->shape;
     s->p = l->p;
     s->u = l->u;
     s->v = l->v;
@@ -64,7 +64,7 @@ static uint32_t find_environment(const struct lum_light_part *part)
     uint32_t first = LUM_NO_OBJECT;
     for (uint32_t i = 0; i < part->n; i++) {
         const struct lum_light *l = &part->items[i];
-        if (l->kind != LUM_EMIT_ENVIRONMENT || !l->on)
+        if (l->kind != &lum_emitter_environment || !l->on)
             continue;
         if (l->env_hash)
             return i;
@@ -77,7 +77,7 @@ static uint32_t find_environment(const struct lum_light_part *part)
 static double light_weight(const struct lum_light_part *part, uint32_t i)
 {
     const struct lum_light *l = &part->items[i];
-    if (!l->on || (l->kind == LUM_EMIT_ENVIRONMENT && i != part->table.environment))
+    if (!l->on || (l->kind == &lum_emitter_environment && i != part->table.environment))
         return 0.0;
     double flux = (double)lum_luminance(l->power) * lum_light_flux_unit(l, part->bounds.lo, part->bounds.hi);
     return flux > 0.0 && isfinite(flux) ? flux : 0.0;
@@ -140,10 +140,10 @@ static struct lum_light_reach reach_of(const struct lum_light_part *part, const 
                                        uint32_t i)
 {
     const struct lum_light *l = &part->items[i];
-    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    const struct lum_emitter_row *row = l->kind;
     if (row->reach)
         return row->reach(l);
-    if (l->kind == LUM_EMIT_MESH)
+    if (l->kind == &lum_emitter_mesh)
         return lum_mesh_light_reach(part, &instances[l->instance], i);
     return (struct lum_light_reach){.centre = {NAN, NAN, NAN}};
 }
@@ -220,7 +220,7 @@ static enum lum_status add_lights(const struct lum_light_input *in, struct lum_l
                 return status;
             l->env = part->envs[part->n]->map;
         }
-        if (entry->desc.kind == LUM_LIGHT_SKY) {
+        if (entry->desc.kind == &lum_light_kind_sky) {
             enum lum_status status = lum_sky_resolve(in, &entry->desc, l, &part->envs[part->n], err);
             if (status != LUM_OK)
                 return status;
@@ -248,7 +248,7 @@ enum lum_status lum_resolve_lights(const struct lum_light_input *in, struct lum_
     struct lum_bounds bounds = *in->bounds;
     for (uint32_t i = 0; i < part->n_shapes; i++) {
         struct lum_bounds shape = lum_shape_bounds(&part->shapes[i]);
-        if (lum_emitters[part->items[part->shape_lights[i]].kind]->from_afar)
+        if (part->items[part->shape_lights[i]].kind->from_afar)
             continue;
         lum_bounds_grow(&bounds, shape.lo);
         lum_bounds_grow(&bounds, shape.hi);
@@ -291,7 +291,7 @@ struct lum_light_part *lum_lights_relit(const struct lum_light_part *part,
 static bool same_place(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b, uint32_t i)
 {
     const struct lum_light *x = &a->lights->items[i], *y = &b->lights->items[i];
-    if (x->kind != LUM_EMIT_MESH || y->kind != LUM_EMIT_MESH)
+    if (x->kind != &lum_emitter_mesh || y->kind != &lum_emitter_mesh)
         return x->kind == y->kind;
     return memcmp(&a->instances->items[x->instance].local_to_scene, &b->instances->items[y->instance].local_to_scene,
                   sizeof(struct lum_affine)) == 0;

@@ -167,7 +167,7 @@ static uint32_t find_previous(struct build *b, const struct lum_instance *instan
     const struct lum_light_part *previous = b->in->previous;
     for (; previous && b->former_at < previous->n; b->former_at++) {
         const struct lum_light *l = &previous->items[b->former_at];
-        int order = l->kind == LUM_EMIT_MESH ? strcmp(l->id, instance->id) : -1;
+        int order = l->kind == &lum_emitter_mesh ? strcmp(l->id, instance->id) : -1;
         if (order == 0 && area_cdf_serves(previous->surfaces[b->former_at].cdf, instance))
             return b->former_at;
         if (order >= 0)
@@ -245,7 +245,7 @@ static void place_mesh_light(struct build *b, struct lum_light *l, uint32_t inde
 {
     const struct lum_instance *instance = &b->in->instances->items[index];
     const struct lum_object_entry *o = object_of(b->in, instance);
-    l->kind = LUM_EMIT_MESH;
+    l->kind = &lum_emitter_mesh;
     l->instance = index;
     l->shape = LUM_NO_OBJECT;
     l->tri_cdf = cdf->sums;

@@ -38,7 +38,7 @@ static struct lum_bounds object_box(const struct lum_snapshot *s, uint32_t objec
 
 static bool same_shape(const struct lum_accel_shape *a, const struct lum_accel_shape *b)
 {
-    return a->kind == b->kind && memcmp(&a->p, &b->p, sizeof a->p) == 0 && memcmp(&a->u, &b->u, sizeof a->u) == 0 &&
+    return a->row == b->row && memcmp(&a->p, &b->p, sizeof a->p) == 0 && memcmp(&a->u, &b->u, sizeof a->u) == 0 &&
            memcmp(&a->v, &b->v, sizeof a->v) == 0 && memcmp(&a->n, &b->n, sizeof a->n) == 0 && a->radius == b->radius;
 }
 
@@ -301,15 +301,15 @@ static struct lum_bounds around(struct lum_vec3 p, float by)
 
 bool lum_light_bounds(const struct lum_snapshot *s, const struct lum_light *light, struct lum_bounds *ret_bounds)
 {
-    if (light->kind == LUM_EMIT_MESH)
+    if (light->kind == &lum_emitter_mesh)
         *ret_bounds = lum_instance_bounds(&s->instances[light->instance]);
     else if (light->shape != LUM_NO_OBJECT)
         *ret_bounds = lum_shape_bounds(&s->parts->lights->shapes[light->shape]);
-    else if (light->kind == LUM_EMIT_POINT)
+    else if (light->kind == &lum_emitter_point)
         *ret_bounds = (struct lum_bounds){light->p, light->p};
-    else if (light->kind == LUM_EMIT_DIRECTIONAL)
+    else if (light->kind == &lum_emitter_directional)
         *ret_bounds = around(lum_v3_mul(light->n, -LUM_FAR), EXTENT);
-    else if (light->kind == LUM_EMIT_FAR_DISC)
+    else if (light->kind == &lum_emitter_far_disc)
         *ret_bounds = around(light->p, light->radius + EXTENT);
     else
         return false;

@@ -34,7 +34,7 @@ static void grow_by_object(struct bounds *b, const struct lum_object_entry *o)
 
 static void grow_by_light(struct bounds *b, const struct lum_light_desc *d)
 {
-    const struct lum_light_kind_row *row = lum_light_kinds[d->kind];
+    const struct lum_light_kind_row *row = d->kind;
     if (!row->half)
         return;
     struct lum_vec3d c = d->position, half = row->half(d);

@@ -275,7 +275,7 @@ enum lum_status lum_scene_put_light(struct lum_scene *scene, const char *id, con
 {
     enum lum_status status = check_light(desc, err);
     struct lum_entry *image = NULL, *base = NULL;
-    if (status == LUM_OK && desc->kind == LUM_LIGHT_ENVIRONMENT && desc->image && desc->image[0])
+    if (status == LUM_OK && desc->kind == &lum_light_kind_environment && desc->image && desc->image[0])
         status = lum_scene_lookup(scene, LUM_ENTITY_IMAGE, desc->image, "image", &image, err);
     struct lum_table *table = &scene->tables[LUM_ENTITY_LIGHT];
     if (status == LUM_OK)
@@ -289,7 +289,7 @@ enum lum_status lum_scene_put_light(struct lum_scene *scene, const char *id, con
     entry->image = (struct lum_image_entry *)image;
     entry->desc = *desc;
     entry->desc.image = entry->desc.group = NULL;
-    entry->desc.web = desc->kind == LUM_LIGHT_IES ? lum_web_ref(desc->web) : NULL;
+    entry->desc.web = desc->kind == &lum_light_kind_ies ? lum_web_ref(desc->web) : NULL;
     lum_web_unref(web);
     lum_table_keep(table, base);
     return LUM_OK;

@@ -12,7 +12,7 @@ static struct lum_vec3d sun_of(const struct lum_table *lights)
     for (uint32_t i = 0; i < lights->n; i++) {
         const struct lum_light_desc *d = &((const struct lum_light_entry *)lights->rows[i])->desc;
         double length = lum_v3d_length(d->direction);
-        if (d->kind == LUM_LIGHT_SUN)
+        if (d->kind == &lum_light_kind_sun)
             return (struct lum_vec3d){-d->direction.x / length, -d->direction.y / length, -d->direction.z / length};
     }
     return (struct lum_vec3d){0.0, sqrt(0.5), sqrt(0.5)};

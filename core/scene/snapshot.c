@@ -175,7 +175,7 @@ bool lum_snapshot_bounds(const struct lum_snapshot *s, const char *id, struct lu
 bool lum_snapshot_luminaire(const struct lum_snapshot *s, uint32_t light, struct lum_luminaire *ret)
 {
     const struct lum_light *l = &s->lights.lights[light];
-    if (l->kind != LUM_EMIT_MESH)
+    if (l->kind != &lum_emitter_mesh)
         return false;
     struct lum_vec3 at = lum_mesh_light_reach(s->parts->lights, &s->instances[l->instance], light).centre;
     double own = (double)lum_luminance(s->materials[s->instances[l->instance].material].emission);
@@ -342,7 +342,7 @@ static void shape_surface(const struct lum_snapshot *snapshot, const struct lum_
     const struct lum_light *l = &snapshot->lights.lights[s->light];
     s->uv = (struct lum_vec2){hits->u[i], hits->v[i]};
     s->ng = lum_v3(hits->ngx[i], hits->ngy[i], hits->ngz[i]);
-    s->p = lum_emitters[l->kind]->at(l, s->uv, &s->ng);
+    s->p = l->kind->at(l, s->uv, &s->ng);
     s->backface = lum_dot(s->ng, d) > 0.0f;
     if (s->backface)
         s->ng = lum_v3_neg(s->ng);

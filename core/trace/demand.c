@@ -5,6 +5,19 @@
 #include "core/scene/snapshot.h"
 #include "core/trace/facing.h"
 
+#define ROW(NAME, name) &lum_effect_##name,
+const struct lum_effect_row *const lum_effect_rows[LUM_EFFECT_COUNT] = {LUM_EFFECTS(ROW)};
+
+void lum_demand_derive(const struct lum_snapshot *snapshot, struct lum_demand *ret_demand)
+{
+    struct lum_sights sights = lum_sights_of(snapshot);
+    struct lum_demand d = {0};
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        if (lum_effect_rows[e]->demand)
+            lum_effect_rows[e]->demand(&sights, lum_effect_rows[e], (enum lum_effect)e, &d);
+    *ret_demand = d;
+}
+
 void lum_demand_call(struct lum_demand *d, enum lum_effect effect, const char *id, const char *why)
 {
     if (d->on[effect])

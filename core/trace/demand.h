@@ -30,6 +30,8 @@ enum lum_adds {
     LUM_ADDS_AIR,     /* radiance that arrives at the eye */
 };
 
+struct lum_estimator; /* pass/pass.h */
+
 struct lum_effect_row {
     /* Calls for the effect, or refuses it. NULL: views do (lum_demand_choose). */
     void (*demand)(const struct lum_sights *see, const struct lum_effect_row *row, enum lum_effect effect,
@@ -38,10 +40,16 @@ struct lum_effect_row {
     uint32_t scatter;              /* bits enum lum_scatter: of surfaces that do so */
     bool lamps_count, glow_counts; /* and show lamps in themselves, and what is in no lamp's light */
     enum lum_adds adds;
+    /* Serves it in every method that shows frames and adds no samples to them, and whose row names no other. NULL:
+     * there is none that suits all. */
+    const struct lum_estimator *usual;
     bool guided; /* how often its samples were refined can be seen (lum_view_guidance) */
 };
 #define LUM_EFFECT_ROW(NAME, name) extern const struct lum_effect_row lum_effect_##name;
 LUM_EFFECTS(LUM_EFFECT_ROW)
+extern const struct lum_effect_row *const lum_effect_rows[LUM_EFFECT_COUNT];
+/* Asks all rows. */
+void lum_demand_derive(const struct lum_snapshot *snapshot, struct lum_demand *ret_demand);
 
 /* For rows. Of what calls for an effect, the first counts; to refuse says nothing then. */
 void lum_demand_call(struct lum_demand *demand, enum lum_effect effect, const char *id, const char *why);

@@ -41,7 +41,7 @@ static inline enum lum_ray_kind lum_effect_ray_kind(enum lum_effect e)
 /* The effect that the light of an emitter belongs to. */
 static inline enum lum_effect lum_light_effect(const struct lum_light *l)
 {
-    if (l->kind == LUM_EMIT_ENVIRONMENT)
+    if (l->kind == &lum_emitter_environment)
         return LUM_EFFECT_ENVIRONMENT;
     return l->delta ? LUM_EFFECT_DIRECT : LUM_EFFECT_SOFT_SHADOW;
 }

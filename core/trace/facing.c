@@ -166,7 +166,7 @@ static struct box box_of(const struct lum_instance *o)
 /* False: it may be inside. */
 static bool is_outside(const struct lum_light *l, const struct box *b)
 {
-    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    const struct lum_emitter_row *row = l->kind;
     if (row->from_afar || !row->half)
         return row->from_afar;
     struct lum_vec3 half = row->half(l);

@@ -389,7 +389,7 @@ static void tell_light(struct lum_caustic_report *r, const struct lum_caustic_li
     snprintf(told->id, sizeof told->id, "%s", s->lights.lights[l->light].id);
     snprintf(told->object, sizeof told->object, "%s", object->id);
     told->glass = lum_material_scatter(&s->materials[object->material]) & LUM_SCATTER_THROUGH;
-    told->from_afar = s->lights.lights[l->light].kind == LUM_EMIT_DIRECTIONAL;
+    told->from_afar = s->lights.lights[l->light].kind == &lum_emitter_directional;
     told->amount = *amount;
 }
 

@@ -15,7 +15,7 @@
 struct lum_rgb lum_light_present_power(const struct lum_light_table *t, uint32_t i)
 {
     const struct lum_light *l = &t->lights[i];
-    if (!l->on || (l->kind == LUM_EMIT_ENVIRONMENT && i != t->environment))
+    if (!l->on || (l->kind == &lum_emitter_environment && i != t->environment))
         return lum_grey(0.0f);
     return l->power;
 }
@@ -30,7 +30,7 @@ static double present_luminance(const struct lum_snapshot *s, uint32_t i)
 
 static int order_of(const struct lum_vpl_share *share, const struct lum_light *l)
 {
-    int later = (share->kind == LUM_EMIT_MESH) - (l->kind == LUM_EMIT_MESH);
+    int later = (share->kind == &lum_emitter_mesh) - (l->kind == &lum_emitter_mesh);
     return later != 0 ? later : strcmp(share->id, l->id);
 }
 
@@ -162,7 +162,7 @@ static uint32_t slots_below(const struct lum_vpl_plan *plan, uint32_t level, dou
 bool lum_vpl_comes_from_afar(const struct lum_vpl_set *set)
 {
     for (uint32_t i = 0; i < set->n_shares; i++)
-        if (set->shares[i].luminance > 0.0 && lum_emitters[set->shares[i].kind]->from_afar)
+        if (set->shares[i].luminance > 0.0 && set->shares[i].kind->from_afar)
             return true;
     return false;
 }
@@ -187,8 +187,8 @@ void lum_vpl_plan_init(struct lum_vpl_plan *ret_plan, struct lum_vpl_set *set)
             uint32_t n = slots_of(&plan, b, &set->shares[i]);
             most = n > most ? n : most;
         }
-        enum lum_emitter kind = set->shares[i].kind;
-        bool from_afar = lum_emitters[kind]->from_afar;
+        const struct lum_emitter_row *kind = set->shares[i].kind;
+        bool from_afar = kind->from_afar;
         set->shares[i].tries = from_afar ? plan.tries : (plan.tries + 1) / 2;
         set->shares[i].first_path = plan.n_paths;
         plan.n_paths += most * set->shares[i].tries;
@@ -199,7 +199,7 @@ void lum_vpl_plan_init(struct lum_vpl_plan *ret_plan, struct lum_vpl_set *set)
 /* FNV-1a. */
 static uint32_t hash_share(const struct lum_vpl_share *share)
 {
-    uint32_t h = 2166136261u + (share->kind == LUM_EMIT_MESH);
+    uint32_t h = 2166136261u + (share->kind == &lum_emitter_mesh);
     for (const char *c = share->id; *c; c++)
         h = (h ^ (uint8_t)*c) * 16777619u;
     return h;

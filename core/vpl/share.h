@@ -20,7 +20,7 @@
 /* A light's share of the paths. By index in the light table. */
 struct lum_vpl_share {
     char id[LUM_ID_MAX + 1];
-    enum lum_emitter kind;
+    const struct lum_emitter_row *kind;
     double luminance; /* of its power when it was first seen to shine as this kind; 0: it never did, and has no path */
     double below, upto;  /* its part of [0, 1] */
     uint32_t first_path; /* number of its first path among all */

@@ -56,7 +56,8 @@ struct lum_field {
     double min, max;
     double def[3];    /* vector: def[2] repeats */
     const char *text; /* choice: the words; name: the default */
-    const char *only; /* of lights: the kinds that have it, "spot|disc"; NULL: all */
+    unsigned has;     /* of lights: the kinds that have this have it (light_kinds.h); 0: all */
+    const char *only; /* of sensors: the kinds that have it, "line|grid"; NULL: all */
     const struct lum_fields *parts;
     const char *unit, *doc;
 };

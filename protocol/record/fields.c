@@ -6,6 +6,7 @@
 
 #include "protocol/base/nearest.h"
 #include "protocol/json/json.h"
+#include "protocol/record/light_kinds.h"
 
 #define COORD LUM_LIMIT_COORD_M
 #define COUNT(a) (sizeof(a) / sizeof((a)[0]))
@@ -154,63 +155,57 @@ static const struct lum_field object[] = {
     {ROW(object, group, ID), CHARS(object, group), .unit = "", .doc = "mixing group of its light; null: its own id"},
 };
 
-#define FOR(kinds) .only = kinds
-/* Lights at a point, in lm or cd: those that have a direction, and all. A new one is named here alone. */
-#define POINTS_AIMED "spot"
-#define POINTS "point|" POINTS_AIMED
-/* Lamps with an area, in lm or cd/m2; likewise. */
-#define AREAS "quad|disc|sphere"
+#define FOR(what) .has = LUM_HAS_##what
+#define WORD(name, has) "|" #name
+#define KINDS (LUM_LIGHT_KINDS(WORD))
 static const struct lum_field light[] = {
-    CHOICE(light, kind, LUM_FIELD_REQUIRED, POINTS "|ies|directional|" AREAS "|environment|sky|sun", ""),
+    CHOICE(light, kind, LUM_FIELD_REQUIRED, &KINDS[1], ""),
     VECTOR(light, position, 0, -COORD, COORD, XYZ(0, 0, 0), "m", "centre"),
-    VECTOR(light, direction, 0, -COORD, COORD, XYZ(0, -1, 0), "", "where light goes",
-           FOR(POINTS_AIMED "|ies|directional|disc")),
+    VECTOR(light, direction, 0, -COORD, COORD, XYZ(0, -1, 0), "", "where light goes", FOR(DIRECTION)),
     NUMBER(light, roll_deg, -3600, 3600, 0, "deg",
            "about the direction, from c 0 to c 90. At 0 c 0, the length of the lamp, lies along +X where it aims down",
-           FOR("ies")),
-    VECTOR(light, u, 0, -COORD, COORD, XYZ(1, 0, 0), "m", "full edge; it emits towards u x v", FOR("quad")),
-    VECTOR(light, v, 0, -COORD, COORD, XYZ(0, 0, 1), "m", "full edge", FOR("quad")),
-    NUMBER(light, radius, 0, COORD, 0.1, "m", "", FOR("disc|sphere")),
+           FOR(WEB)),
+    VECTOR(light, u, 0, -COORD, COORD, XYZ(1, 0, 0), "m", "full edge; it emits towards u x v", FOR(EDGES)),
+    VECTOR(light, v, 0, -COORD, COORD, XYZ(0, 0, 1), "m", "full edge", FOR(EDGES)),
+    NUMBER(light, radius, 0, COORD, 0.1, "m", "", FOR(RADIUS)),
     NUMBER(light, diameter_deg, 0, 90, 0, "deg",
-           "under which it is seen: the sun's is 0.53, and shadows have soft edges; 0: sharp ones",
-           FOR("directional|sun")),
-    NUMBER(light, inner_cone_deg, 0, 90, 0, "deg", "half angle of full intensity", FOR("spot")),
-    NUMBER(light, outer_cone_deg, 0.01, 90, 45, "deg", "half angle where it ends", FOR("spot")),
-    OPT(light, flux_lm, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lm", "all that it emits", FOR(POINTS "|ies|" AREAS)),
-    OPT(light, intensity_cd, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd", "", FOR(POINTS)),
-    OPT(light, luminance_cd_m2, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd/m2", "of a sky: at its zenith",
-        FOR(AREAS "|environment|sky")),
+           "under which it is seen: the sun's is 0.53, and shadows have soft edges; 0: sharp ones", FOR(DIAMETER)),
+    NUMBER(light, inner_cone_deg, 0, 90, 0, "deg", "half angle of full intensity", FOR(CONES)),
+    NUMBER(light, outer_cone_deg, 0.01, 90, 45, "deg", "half angle where it ends", FOR(CONES)),
+    OPT(light, flux_lm, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lm", "all that it emits", FOR(FLUX)),
+    OPT(light, intensity_cd, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd", "", FOR(INTENSITY)),
+    OPT(light, luminance_cd_m2, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd/m2", "of a sky: at its zenith", FOR(LUMINANCE)),
     OPT(light, illuminance_lx, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lx",
-        "on a facing plane; of a sky: on the open horizontal plane", FOR("directional|sky|sun")),
+        "on a facing plane; of a sky: on the open horizontal plane", FOR(ILLUMINANCE)),
     OPT(light, multiplier, 0, 1e6, LUM_GROUP_PHOTOMETRIC, "", "of the intensities of its web; null, and no flux_lm: 1",
-        FOR("ies")),
-    {ROW(light, asset, ASSET), CHARS(light, asset), .group = LUM_GROUP_FILE, .unit = "", .only = "ies",
+        FOR(WEB)),
+    {ROW(light, asset, ASSET), CHARS(light, asset), .group = LUM_GROUP_FILE, .unit = "", FOR(WEB),
      .doc = "IES LM-63 or EULUMDAT file below the asset root; excludes web"},
-    {ROW(light, web, WEB), .group = LUM_GROUP_FILE, .unit = "", .only = "ies",
+    {ROW(light, web, WEB), .group = LUM_GROUP_FILE, .unit = "", FOR(WEB),
      .doc = "what such a file says; excludes asset"},
     {ROW(light, color, VECTOR), .n = 3, .group = LUM_GROUP_COLOR, .max = 1e6, .def = {1, 1, 1}, .unit = "",
      .doc = "linear, normalised to luminance 1 when used; excludes cct_k"},
     OPT(light, cct_k, 1667, 25000, LUM_GROUP_COLOR, "K", "correlated colour temperature; excludes color"),
-    REF(light, image, 0, IMAGE, "equirectangular picture, scaled by luminance_cd_m2", FOR("environment")),
-    NUMBER(light, rotation_deg, -3600, 3600, 0, "deg", "about +Y", FOR("environment")),
-    INTEGER(light, cie_type, 1, 16, 12, "CIE general sky; 16: the traditional overcast one", FOR("sky")),
-    NUMBER(light, ground_albedo, 0, 1, 0.2, "", "of what lies below the horizon, lit by the sky alone", FOR("sky")),
-    {ROW(light, date, NAME), CHARS(light, date), .text = "", .unit = "", .only = "sun",
+    REF(light, image, 0, IMAGE, "equirectangular picture, scaled by luminance_cd_m2", FOR(IMAGE)),
+    NUMBER(light, rotation_deg, -3600, 3600, 0, "deg", "about +Y", FOR(IMAGE)),
+    INTEGER(light, cie_type, 1, 16, 12, "CIE general sky; 16: the traditional overcast one", FOR(SKY)),
+    NUMBER(light, ground_albedo, 0, 1, 0.2, "", "of what lies below the horizon, lit by the sky alone", FOR(SKY)),
+    {ROW(light, date, NAME), CHARS(light, date), .text = "", .unit = "", FOR(SUN),
      .doc = "YYYY-MM-DD, of the place's calendar"},
-    NUMBER(light, time_h, 0, 24, 12, "h", "of the place's clock: 13.5 is half past one", FOR("sun")),
-    NUMBER(light, utc_offset_h, -14, 14, 0, "h", "by which that clock is ahead of UTC", FOR("sun")),
-    NUMBER(light, latitude_deg, -90, 90, 0, "deg", "north is positive", FOR("sun")),
-    NUMBER(light, longitude_deg, -180, 180, 0, "deg", "east is positive", FOR("sun")),
-    NUMBER(light, north_deg, -360, 360, 0, "deg", "of north from -Z, towards +X", FOR("sun")),
+    NUMBER(light, time_h, 0, 24, 12, "h", "of the place's clock: 13.5 is half past one", FOR(SUN)),
+    NUMBER(light, utc_offset_h, -14, 14, 0, "h", "by which that clock is ahead of UTC", FOR(SUN)),
+    NUMBER(light, latitude_deg, -90, 90, 0, "deg", "north is positive", FOR(SUN)),
+    NUMBER(light, longitude_deg, -180, 180, 0, "deg", "east is positive", FOR(SUN)),
+    NUMBER(light, north_deg, -360, 360, 0, "deg", "of north from -Z, towards +X", FOR(SUN)),
     OPT(light, azimuth_deg, 0, 360, 0, "deg", "from north by east; with elevation_deg, in place of place and time",
-        FOR("sun")),
-    OPT(light, elevation_deg, -90, 90, 0, "deg", "over the horizon; with azimuth_deg", FOR("sun")),
+        FOR(SUN)),
+    OPT(light, elevation_deg, -90, 90, 0, "deg", "over the horizon; with azimuth_deg", FOR(SUN)),
     NUMBER(light, extinction, 0, 10, 0.21, "", "of the air, towards the zenith, where illuminance_lx is null",
-           FOR("sun")),
+           FOR(SUN)),
     {ROW(light, group, ID), CHARS(light, group), .unit = "", .doc = "mixing group; null: its own id"},
     BOOL(light, on, 1, ""),
-    BOOL(light, camera_visible, 1, "seen directly", FOR("ies|" AREAS "|environment|sky")),
-    BOOL(light, as_point, 0, "shines from its centre, whatever opening its web has", FOR("ies")),
+    BOOL(light, camera_visible, 1, "seen directly", FOR(BODY)),
+    BOOL(light, as_point, 0, "shines from its centre, whatever opening its web has", FOR(WEB)),
 };
 
 static const struct lum_field medium[] = {
@@ -228,28 +223,30 @@ static const struct lum_field camera[] = {
     CHOICE(camera, projection, 0, "perspective|panorama", "panorama: all around, up at the upper edge"),
 };
 
+#define ONLY(kinds) .only = kinds
 static const struct lum_field sensor[] = {
     CHOICE(sensor, kind, LUM_FIELD_REQUIRED, "point|line|grid|observer", "where it measures; observer: glare"),
     CHOICE(sensor, quantity, 0, "plane|cylindrical|semicylindrical|modelling|ugr",
            "point, line, grid: which illuminance; or glare of eyes there"),
     VECTOR(sensor, position, LUM_FIELD_REQUIRED, -COORD, COORD, XYZ(0, 0, 0), "m",
            "the point; the middle of a line or grid; the eye"),
-    VECTOR(sensor, u, 0, -COORD, COORD, XYZ(1, 0, 0), "m", "full edge", FOR("line|grid")),
-    VECTOR(sensor, v, 0, -COORD, COORD, XYZ(0, 0, 1), "m", "full edge", FOR("grid")),
+    VECTOR(sensor, u, 0, -COORD, COORD, XYZ(1, 0, 0), "m", "full edge", ONLY("line|grid")),
+    VECTOR(sensor, v, 0, -COORD, COORD, XYZ(0, 0, 1), "m", "full edge", ONLY("grid")),
     VECTOR(sensor, normal, 0, -COORD, COORD, XYZ(0, 1, 0), "",
            "of the plane, to the side that is lit: up, a horizontal one; or the axis of the cylinder",
-           FOR("point|line|grid")),
+           ONLY("point|line|grid")),
     VECTOR(sensor, direction, 0, -COORD, COORD, XYZ(0, 0, -1), "",
            "line of sight of an observer, and the first of eyes (ugr); where a half cylinder faces"),
     INTEGER(sensor, directions, 1, LUM_LIMIT_DIRECTIONS, 8,
-            "ugr: lines of sight of each eye, evenly around the vertical", FOR("point|line|grid")),
-    OPT(sensor, spacing_m, 1e-6, COORD, 0, "m", "between points, at most; null: by EN 12464-1", FOR("line|grid")),
+            "ugr: lines of sight of each eye, evenly around the vertical", ONLY("point|line|grid")),
+    OPT(sensor, spacing_m, 1e-6, COORD, 0, "m", "between points, at most; null: by EN 12464-1", ONLY("line|grid")),
     OPT(sensor, floor_m2, 1e-6, 1e18, 0, "m2", "of the room, over which power is told; null: the grid's own area",
-        FOR("grid")),
-    OPT(sensor, target_lx, 1e-6, 1e9, 0, "lx", "mean that is wanted, at least", FOR("point|line|grid")),
-    OPT(sensor, target_uo, 1e-6, 1, 0, "", "least over mean, at least", FOR("line|grid")),
-    OPT(sensor, target_ugr, 1e-6, 100, 0, "", "at most; else with quantity ugr alone", FOR("point|line|grid|observer")),
-    OPT(sensor, target_dgp, 1e-6, 1, 0, "", "at most", FOR("observer")),
+        ONLY("grid")),
+    OPT(sensor, target_lx, 1e-6, 1e9, 0, "lx", "mean that is wanted, at least", ONLY("point|line|grid")),
+    OPT(sensor, target_uo, 1e-6, 1, 0, "", "least over mean, at least", ONLY("line|grid")),
+    OPT(sensor, target_ugr, 1e-6, 100, 0, "", "at most; else with quantity ugr alone",
+        ONLY("point|line|grid|observer")),
+    OPT(sensor, target_dgp, 1e-6, 1, 0, "", "at most", ONLY("observer")),
     TEXT(sensor, name, "for people"),
 };
 
@@ -344,6 +341,19 @@ const char *const lum_record_type_names[LUM_RECORD_TYPE_COUNT] = {
     [LUM_RECORD_CAMERA] = "camera", [LUM_RECORD_SENSOR] = "sensor", [LUM_RECORD_PATCH] = "patch",
     [LUM_RECORD_PRESET] = "preset", [LUM_RECORD_RENDER] = "render", [LUM_RECORD_IMPORT] = "import",
 };
+
+unsigned lum_light_kind_has(const char *kind)
+{
+#define HAS(name, has) {#name, has},
+    static const struct {
+        const char *name;
+        unsigned has;
+    } kinds[] = {LUM_LIGHT_KINDS(HAS)};
+    for (size_t k = 0; k < COUNT(kinds); k++)
+        if (strcmp(kind, kinds[k].name) == 0)
+            return kinds[k].has;
+    return 0;
+}
 
 const struct lum_fields *lum_fields_of(enum lum_record_type type)
 {

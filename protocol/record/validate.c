@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "protocol/record/date.h"
+#include "protocol/record/light_kinds.h"
 
 static bool invalid(struct lum_proto_error *err, const char *path, const char *text)
 {
@@ -103,31 +104,17 @@ static bool validate_image(const struct lum_record_image *m, struct lum_proto_er
 
 /* ---- lights ---- */
 
-/* True when the kind is among those that have the field. */
-static bool is_for(const struct lum_field *f, const char *kind)
-{
-    size_t n = strlen(kind);
-    for (const char *w = f->only; w; w = strchr(w, '|') ? strchr(w, '|') + 1 : NULL)
-        if (strncmp(w, kind, n) == 0 && (w[n] == '|' || w[n] == '\0'))
-            return true;
-    return !f->only;
-}
-
-static bool has(const struct lum_record_light *l, const char *field)
-{
-    return is_for(lum_fields_find(lum_fields_of(LUM_RECORD_LIGHT), field), l->kind);
-}
-
 static bool validate_photometric(const struct lum_record_light *l, struct lum_proto_error *err)
 {
     const struct lum_fields *fields = lum_fields_of(LUM_RECORD_LIGHT);
     char wanted[64] = "";
     const char *given = NULL, *first = NULL;
     bool natural = false;
+    unsigned has = lum_light_kind_has(l->kind);
     for (const struct lum_field *f = fields->fields; f < fields->fields + fields->n; f++) {
         if (f->group != LUM_GROUP_PHOTOMETRIC)
             continue;
-        bool fits = is_for(f, l->kind);
+        bool fits = f->has & has;
         if (fits) {
             size_t n = strlen(wanted);
             snprintf(wanted + n, sizeof wanted - n, "%s%s", first ? " or " : "", f->name);
@@ -138,8 +125,7 @@ static bool validate_photometric(const struct lum_record_light *l, struct lum_pr
             natural = fits;
         }
     }
-    bool has_own = strcmp(l->kind, "ies") == 0 || strcmp(l->kind, "sky") == 0 || strcmp(l->kind, "sun") == 0;
-    if (natural || (!given && has_own))
+    if (natural || (!given && (has & LUM_HAS_AMOUNT)))
         return true;
     return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, given ? "invalid_value" : "missing_field", given ? given : first,
                           "a %s light takes %s%s%s", l->kind, wanted, given ? ", not " : "", given ? given : "");
@@ -165,26 +151,27 @@ static bool validate_sun(const struct lum_record_light *l, struct lum_proto_erro
 
 static bool validate_light(const struct lum_record_light *l, struct lum_proto_error *err)
 {
+    unsigned has = lum_light_kind_has(l->kind);
     if (!validate_photometric(l, err))
         return false;
-    if (has(l, "direction") && norm(l->direction) == 0.0)
+    if ((has & LUM_HAS_DIRECTION) && norm(l->direction) == 0.0)
         return invalid(err, "direction", "direction must not be 0 0 0");
-    if (has(l, "u") && norm_of_cross(l->u, l->v) == 0.0)
+    if ((has & LUM_HAS_EDGES) && norm_of_cross(l->u, l->v) == 0.0)
         return invalid(err, "u", "the edges u and v must span an area");
-    if (has(l, "radius") && l->radius == 0.0)
+    if ((has & LUM_HAS_RADIUS) && l->radius == 0.0)
         return invalid(err, "radius", "radius must be more than 0");
-    if (has(l, "inner_cone_deg") && l->inner_cone_deg > l->outer_cone_deg)
+    if ((has & LUM_HAS_CONES) && l->inner_cone_deg > l->outer_cone_deg)
         return invalid(err, "inner_cone_deg", "inner_cone_deg must not be more than outer_cone_deg");
     if (black(l->color))
         return invalid(err, "color", "color gives a hue: it must not be black; use on or the photometric quantity");
     bool measured = l->asset[0] != '\0' || l->web;
-    if (has(l, "web") && !measured)
+    if ((has & LUM_HAS_WEB) && !measured)
         return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "missing_field", "asset", "an ies light takes asset or web");
-    if (measured && !has(l, "web"))
+    if (measured && !(has & LUM_HAS_WEB))
         return invalid(err, l->asset[0] != '\0' ? "asset" : "web", "only an ies light takes asset or web");
-    if (l->image[0] != '\0' && !has(l, "image"))
+    if (l->image[0] != '\0' && !(has & LUM_HAS_IMAGE))
         return invalid(err, "image", "only an environment light takes an image");
-    return !has(l, "date") || validate_sun(l, err);
+    return !(has & LUM_HAS_SUN) || validate_sun(l, err);
 }
 
 static bool validate_object(const struct lum_record_object *o, struct lum_proto_error *err)
@@ -239,6 +226,16 @@ static bool validate_glare(const struct lum_record_sensor *s, bool observer, str
                        "lines of sight along the vertical do not turn about it: give one that does, or "
                        "directions 1");
     return true;
+}
+
+/* True when the kind is among those that have the field. */
+static bool is_for(const struct lum_field *f, const char *kind)
+{
+    size_t n = strlen(kind);
+    for (const char *w = f->only; w; w = strchr(w, '|') ? strchr(w, '|') + 1 : NULL)
+        if (strncmp(w, kind, n) == 0 && (w[n] == '|' || w[n] == '\0'))
+            return true;
+    return !f->only;
 }
 
 static bool validate_sensor(const struct lum_record_sensor *s, struct lum_proto_error *err)

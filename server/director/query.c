@@ -197,7 +197,7 @@ static cJSON *served_json(const struct lum_method *method)
 {
     cJSON *list = cJSON_CreateArray();
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
-        if (method->serves[e])
+        if (lum_method_serves(method, e))
             lum_json_add(list, NULL, cJSON_CreateString(lum_effect_names[e]));
     return list;
 }

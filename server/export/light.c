@@ -6,8 +6,11 @@
 
 #include <cjson/cJSON.h>
 
+#include "core/light/emitter.h"
+#include "core/scene/light_kind.h"
 #include "protocol/json/json.h"
 #include "protocol/record/aim.h"
+#include "protocol/record/light_kinds.h"
 #include "server/base/web_desc.h"
 #include "server/export/internal.h"
 #include "server/world/apply.h"
@@ -51,29 +54,32 @@ static struct lum_affined look(const double position[3], const double along[3], 
     return a;
 }
 
+/* It shines along one direction from everywhere. */
+static bool is_far(const struct lum_light_desc *d)
+{
+    return d->kind->emitter->unit == LUM_POWER_ILLUMINANCE;
+}
+
 static struct lum_affined place_of(const struct lum_record_light *l, const struct lum_light_desc *d)
 {
     static const double origin[3], right[3] = {1.0, 0.0, 0.0};
     double c0[3], n[3], along[3] = {d->direction.x, d->direction.y, d->direction.z};
     struct lum_affined at = lum_affined_identity();
-    switch (d->kind) {
-    case LUM_LIGHT_QUAD:
+    if (is_far(d))
+        return look(origin, along, right);
+    if (lum_light_kind_has(l->kind) & LUM_HAS_EDGES) {
         cross(l->u, l->v, n);
         return look(l->position, n, l->u);
-    case LUM_LIGHT_IES:
+    }
+    if (d->web) {
         lum_aim_c0(l->direction, l->roll_deg, c0);
         return look(l->position, l->direction, c0);
-    case LUM_LIGHT_SPOT:
-    case LUM_LIGHT_DISC:
-        return look(l->position, l->direction, right);
-    case LUM_LIGHT_DIRECTIONAL:
-    case LUM_LIGHT_SUN:
-        return look(origin, along, right);
-    default:
-        for (int i = 0; i < 3; i++)
-            at.m[i][3] = l->position[i];
-        return at;
     }
+    if (d->kind->aimed)
+        return look(l->position, l->direction, right);
+    for (int i = 0; i < 3; i++)
+        at.m[i][3] = l->position[i];
+    return at;
 }
 
 /* ---- KHR_lights_punctual ---- */
@@ -81,25 +87,17 @@ static struct lum_affined place_of(const struct lum_record_light *l, const struc
 /* cd of its brightest direction, or lx; of areas that of all their light, shining as even as they do. */
 static double punctual_intensity(const struct lum_light_desc *d)
 {
-    double u[3] = {d->u.x, d->u.y, d->u.z}, v[3] = {d->v.x, d->v.y, d->v.z}, n[3];
-    switch (d->kind) {
-    case LUM_LIGHT_QUAD:
-        cross(u, v, n);
-        return d->intensity * length_of(n);
-    case LUM_LIGHT_DISC:
-    case LUM_LIGHT_SPHERE: /* seen from anywhere it is a disc */
-        return d->intensity * PI * d->radius_m * d->radius_m;
-    case LUM_LIGHT_IES:
+    if (d->web)
         return d->intensity / d->web->peak_cd * d->web->peak_cd * d->web->flux_sr / (4.0 * PI);
-    default:
+    if (d->kind->emitter->unit != LUM_POWER_LUMINANCE)
         return d->intensity;
-    }
+    return d->intensity * d->kind->flux(d) / (d->kind->emitter->flat ? PI : 4.0 * PI);
 }
 
 static bool add_spot(cJSON *o, const struct lum_light_desc *d)
 {
-    double outer = d->kind == LUM_LIGHT_SPOT ? d->outer_cone_rad : PI / 2.0,
-           inner = d->kind == LUM_LIGHT_SPOT ? d->inner_cone_rad : 0.0;
+    double outer = d->kind == &lum_light_kind_spot ? d->outer_cone_rad : PI / 2.0,
+           inner = d->kind == &lum_light_kind_spot ? d->inner_cone_rad : 0.0;
     cJSON *spot = cJSON_CreateObject();
     bool ok = lum_json_add_number(spot, "innerConeAngle", fmin(inner, 0.999999 * outer)) && /* below: glTF says so */
               lum_json_add_number(spot, "outerConeAngle", outer);
@@ -118,8 +116,7 @@ static double hue(const struct lum_light_desc *d, double ret_color[3])
 static bool add_punctual(struct lum_exporting *x, cJSON *node, const struct lum_record *r,
                          const struct lum_light_desc *d)
 {
-    bool spot = d->kind == LUM_LIGHT_SPOT || d->kind == LUM_LIGHT_QUAD || d->kind == LUM_LIGHT_DISC,
-         far = d->kind == LUM_LIGHT_DIRECTIONAL || d->kind == LUM_LIGHT_SUN;
+    bool spot = d->kind == &lum_light_kind_spot || d->kind->emitter->flat, far = is_far(d);
     double color[3], most = hue(d, color);
     cJSON *o = cJSON_CreateObject();
     bool ok = lum_json_add_string(o, "name", r->id) &&
@@ -215,7 +212,7 @@ void lum_export_light(struct lum_exporting *x, const struct lum_record *r)
         lum_glb_fail(x->glb, &err);
         return;
     }
-    if (d.kind == LUM_LIGHT_ENVIRONMENT || d.kind == LUM_LIGHT_SKY) {
+    if (d.kind == &lum_light_kind_environment || d.kind == &lum_light_kind_sky) {
         keep_record(x, r);
         return;
     }
@@ -224,7 +221,7 @@ void lum_export_light(struct lum_exporting *x, const struct lum_record *r)
     if (!ok)
         lum_glb_fail_memory(x->glb);
     struct lum_affined at = place_of(l, &d);
-    lum_export_node(x, r, &at, d.kind != LUM_LIGHT_SUN, node);
+    lum_export_node(x, r, &at, d.kind != &lum_light_kind_sun, node);
 }
 
 void lum_export_camera(struct lum_exporting *x, const struct lum_record *r)

@@ -5,12 +5,14 @@
 
 #include "core/math/color.h"
 #include "core/medium/medium.h"
+#include "core/light/emitter.h"
 #include "core/scene/light_kind.h"
 #include "core/scene/shapes.h"
 #include "protocol/record/aim.h"
 #include "server/base/suggest.h"
 #include "server/base/web_desc.h"
 #include "server/world/daylight.h"
+#include "server/world/light_kinds.h"
 #include "server/world/sensors.h"
 
 static struct lum_vec3d vec3d(const double v[3])
@@ -197,11 +199,12 @@ enum lum_status lum_apply_material(const struct lum_record *r, struct lum_materi
 
 /* ---- lights ---- */
 
-static enum lum_status light_kind_of(const char *name, enum lum_light_kind *ret_kind, struct lum_error *err)
+static enum lum_status light_kind_of(const char *name, const struct lum_light_kind_row **ret_kind,
+                                     struct lum_error *err)
 {
-    for (int k = 0; k < LUM_LIGHT_KIND_COUNT; k++)
-        if (strcmp(name, lum_light_kind_names[k]) == 0) {
-            *ret_kind = (enum lum_light_kind)k;
+    for (size_t k = 0; k < LUM_LIGHT_KIND_COUNT; k++)
+        if (strcmp(name, lum_light_kinds[k].name) == 0) {
+            *ret_kind = lum_light_kinds[k].row;
             return LUM_OK;
         }
     return lum_fail(err, LUM_ERR_UNSUPPORTED, "kind", "lights of kind %s are not in this version", name);
@@ -212,7 +215,7 @@ static enum lum_status light_kind_of(const char *name, enum lum_light_kind *ret_
 static enum lum_status light_intensity(const struct lum_record_light *l, const struct lum_light_desc *d,
                                        double *ret_intensity, struct lum_error *err)
 {
-    if (d->kind == LUM_LIGHT_SUN || d->kind == LUM_LIGHT_SKY)
+    if (d->kind == &lum_light_kind_sun || d->kind == &lum_light_kind_sky)
         return LUM_OK;
     if (l->flux_lm.set)
         return lum_light_from_flux(d, l->flux_lm.value, ret_intensity, err);
@@ -220,10 +223,10 @@ static enum lum_status light_intensity(const struct lum_record_light *l, const s
         *ret_intensity = d->web->peak_cd * (l->multiplier.set ? l->multiplier.value : 1.0);
         return LUM_OK;
     }
-    enum lum_emitter emitter = lum_light_kinds[d->kind]->emitter;
-    const struct lum_opt *natural = emitter == LUM_EMIT_POINT         ? &l->intensity_cd
-                                    : emitter == LUM_EMIT_DIRECTIONAL ? &l->illuminance_lx
-                                                                      : &l->luminance_cd_m2;
+    enum lum_power_unit unit = d->kind->emitter->unit;
+    const struct lum_opt *natural = unit == LUM_POWER_INTENSITY     ? &l->intensity_cd
+                                    : unit == LUM_POWER_ILLUMINANCE ? &l->illuminance_lx
+                                                                    : &l->luminance_cd_m2;
     if (!natural->set)
         return lum_fail(err, LUM_ERR_INVALID, "kind", "a %s light needs a size in a unit of its kind", l->kind);
     *ret_intensity = natural->value;

@@ -52,9 +52,9 @@ static void apply_sky(const struct lum_record_light *l, struct lum_light_desc *d
 
 void lum_daylight_apply(const struct lum_record_light *l, struct lum_light_desc *d)
 {
-    if (d->kind == LUM_LIGHT_SUN)
+    if (d->kind == &lum_light_kind_sun)
         apply_sun(l, d);
-    if (d->kind == LUM_LIGHT_SKY)
+    if (d->kind == &lum_light_kind_sky)
         apply_sky(l, d);
 }
 

@@ -52,7 +52,7 @@ static cJSON *difference(const struct lum_luminaire *was, const struct lum_lumin
 static uint32_t first_of(const struct lum_snapshot *s)
 {
     uint32_t i = 0;
-    while (s && i < s->lights.n_lights && s->lights.lights[i].kind != LUM_EMIT_MESH)
+    while (s && i < s->lights.n_lights && s->lights.lights[i].kind != &lum_emitter_mesh)
         i++;
     return i;
 }

@@ -328,7 +328,7 @@ static bool is_lit(const struct lum_snapshot *s)
     struct lum_luminaire l;
     double flux_lm = 0.0;
     for (uint32_t i = 0; i < s->lights.n_lights; i++) {
-        if (s->lights.lights[i].kind != LUM_EMIT_MESH)
+        if (s->lights.lights[i].kind != &lum_emitter_mesh)
             return true;
         if (lum_snapshot_luminaire(s, i, &l) && l.luminance_cd_m2 >= LIT_CD_M2)
             flux_lm += l.flux_lm;

@@ -119,7 +119,7 @@ static void foggy_room(struct rig *r)
     struct lum_light_desc lamp = rig_quad(rig_v(0, 2.9, 0), rig_v(0.8, 0, 0), rig_v(0, 0, 0.8), 300);
     struct lum_light_desc bulb = rig_point(rig_v(-1, 2, 0.5), 60);
     struct lum_light_desc spot = rig_point(rig_v(1.2, 2.8, -0.5), 300);
-    spot.kind = LUM_LIGHT_SPOT;
+    spot.kind = &lum_light_kind_spot;
     spot.direction = rig_v(-0.5, -1, 0);
     spot.inner_cone_rad = 0.2;
     spot.outer_cone_rad = 0.35;

@@ -22,7 +22,7 @@ static void furnished_room(struct rig *r, uint32_t threads)
     rig_begin(r, threads);
     rig_room(r);
     put_lamp(r, "lamp", -0.5, 100);
-    struct lum_light_desc ball = {.kind = LUM_LIGHT_SPHERE,
+    struct lum_light_desc ball = {.kind = &lum_light_kind_sphere,
                                   .position = rig_v(-1, 0.6, 0.5),
                                   .radius_m = 0.15,
                                   .color = lum_grey(1),
@@ -50,7 +50,7 @@ static void open_floor(struct rig *r)
 static uint32_t assert_closed_form(const struct rig *r)
 {
     uint32_t n = 0;
-    struct lum_light l = {.kind = LUM_EMIT_QUAD, .p = {0, 2.8f, 0}, .n = {0, -1, 0}, .u = {0.5f, 0, 0}};
+    struct lum_light l = {.kind = &lum_emitter_quad, .p = {0, 2.8f, 0}, .n = {0, -1, 0}, .u = {0.5f, 0, 0}};
     l.v = lum_v3(0, 0, 0.35f);
     l.area = 0.7f;
     for (uint32_t y = 0; y < r->settings.h; y++)
@@ -140,7 +140,7 @@ static void put_lamp_of(struct rig *r, enum lamp lamp)
         rig_mesh(r, "pane", p, 4, i, 2);
         rig_object(r, "lamp", "pane", "glow", rig_v(0, 2.8, 0));
     } else {
-        disc.kind = LUM_LIGHT_DISC;
+        disc.kind = &lum_light_kind_disc;
         disc.direction = rig_v(0, -1, 0);
         disc.radius_m = 0.5;
         rig_light(r, "lamp", &disc);
@@ -155,7 +155,8 @@ static double light_beyond(enum lamp lamp, struct lum_vec3 p, float from)
     double sum = 0.0;
     for (int i = 0; i < n; i++) {
         float x = from + ((float)i + 0.5f) * width, half = lamp == DISC ? sqrtf(0.25f - x * x) : 0.35f;
-        struct lum_light strip = {.kind = LUM_EMIT_QUAD, .p = {x, 2.8f, 0}, .n = {0, -1, 0}, .area = 2 * half * width};
+        struct lum_light strip = {
+            .kind = &lum_emitter_quad, .p = {x, 2.8f, 0}, .n = {0, -1, 0}, .area = 2 * half * width};
         struct lum_irradiance e;
         strip.u = lum_v3(width / 2, 0, 0);
         strip.v = lum_v3(0, 0, half);

@@ -84,7 +84,7 @@ static void a_lamp_among_mirrors(void **state)
         rig_material(&r, "mirror", &m);
         rig_box(&r, "room", 1, 1, 1);
         rig_object(&r, "room", "room", "mirror", rig_v(0, 0, 0));
-        struct lum_light_desc ball = {.kind = LUM_LIGHT_SPHERE,
+        struct lum_light_desc ball = {.kind = &lum_light_kind_sphere,
                                       .position = rig_v(0.1, 0.2, 0.3),
                                       .radius_m = 0.1,
                                       .color = lum_grey(1),

@@ -53,7 +53,7 @@ static void put_mirror(struct bench *b, const char *mesh, double y, float reflec
 /* half: angle of the cone, whose light is even. */
 static void put_spot(struct bench *b, const char *id, double y, double half, double cd)
 {
-    struct lum_light_desc l = {.kind = LUM_LIGHT_SPOT,
+    struct lum_light_desc l = {.kind = &lum_light_kind_spot,
                                .position = rig_v(0, y, 0),
                                .direction = rig_v(0, -1, 0),
                                .inner_cone_rad = half,
@@ -123,8 +123,11 @@ static void a_mirror_in_the_sun(void **state)
     (void)state;
     const double wall[] = {5, 3, -2, 5, 7, -2, 5, 7, 2, 5, 3, 2};
     const uint32_t two[] = {0, 1, 2, 0, 2, 3};
-    struct lum_light_desc sun = {
-        .kind = LUM_LIGHT_DIRECTIONAL, .direction = {1, -1, 0}, .color = lum_grey(1), .intensity = 1000.0, .on = true};
+    struct lum_light_desc sun = {.kind = &lum_light_kind_directional,
+                                 .direction = {1, -1, 0},
+                                 .color = lum_grey(1),
+                                 .intensity = 1000.0,
+                                 .on = true};
     struct bench b;
     begin(&b, 2);
     rig_square(&b.r, "floor", 2.0);
@@ -326,7 +329,7 @@ static void lamps_are_told_apart(void **state)
     put_mirror(&b, "small", 0.01, 0.9f);
     put_spot(&b, "narrow", 2.0, 0.1, 10.0); /* all of it on the mirror */
     put_spot(&b, "wide", 2.0, 0.6, 10.0);
-    struct lum_light_desc aside = {.kind = LUM_LIGHT_SPOT,
+    struct lum_light_desc aside = {.kind = &lum_light_kind_spot,
                                    .position = rig_v(5, 2, 0),
                                    .direction = rig_v(0, -1, 0),
                                    .inner_cone_rad = 0.3,
@@ -406,7 +409,7 @@ static void path_finds_it_of_a_lamp_with_a_radius(void **state)
     (void)state;
     for (int with_glass = 0; with_glass < 2; with_glass++) {
         struct lum_material_desc black = rig_diffuse(0.01f), m = glass(1.5);
-        struct lum_light_desc ball = {.kind = LUM_LIGHT_SPHERE,
+        struct lum_light_desc ball = {.kind = &lum_light_kind_sphere,
                                       .position = rig_v(0, with_glass ? 2.2 : 1, 0),
                                       .radius_m = 0.15,
                                       .color = lum_grey(1),

@@ -198,7 +198,7 @@ static void light_of_the_day(void **state)
 
 static struct lum_light_desc sky_of(int type, double lux)
 {
-    return (struct lum_light_desc){.kind = LUM_LIGHT_SKY,
+    return (struct lum_light_desc){.kind = &lum_light_kind_sky,
                                    .color = lum_grey(1),
                                    .intensity = lux,
                                    .sky_amount = LUM_SKY_HORIZONTAL,
@@ -210,8 +210,11 @@ static struct lum_light_desc sky_of(int type, double lux)
 static struct lum_light_desc sun_of(double elevation, double azimuth, double lux)
 {
     struct lum_vec3d to = lum_solar_direction(elevation, azimuth, 0);
-    return (struct lum_light_desc){
-        .kind = LUM_LIGHT_SUN, .direction = {-to.x, -to.y, -to.z}, .color = lum_grey(1), .intensity = lux, .on = true};
+    return (struct lum_light_desc){.kind = &lum_light_kind_sun,
+                                   .direction = {-to.x, -to.y, -to.z},
+                                   .color = lum_grey(1),
+                                   .intensity = lux,
+                                   .on = true};
 }
 
 static void plain(struct rig *r, const char *method, uint32_t spp)
@@ -294,7 +297,7 @@ static void edge_of_a_roof(void **state)
         struct rig r;
         rig_begin(&r, 0);
         struct lum_material_desc grey = rig_diffuse((float)ALBEDO), black = rig_diffuse(0.0f);
-        struct lum_light_desc sun = {.kind = LUM_LIGHT_DIRECTIONAL,
+        struct lum_light_desc sun = {.kind = &lum_light_kind_directional,
                                      .direction = {0, -1, 0},
                                      .diameter_rad = 10 * degree,
                                      .color = lum_grey(1),
@@ -382,7 +385,10 @@ static void sky_has_the_scenes_sun(void **state)
 static void sky_takes_the_place_of_an_environment(void **state)
 {
     (void)state;
-    struct lum_light_desc even = {.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 500, .on = true},
+    struct lum_light_desc even = {.kind = &lum_light_kind_environment,
+                                  .color = lum_grey(1),
+                                  .intensity = 500,
+                                  .on = true},
                           sky = sky_of(12, 10000);
     double lux[] = {10000, 500 * LUM_PI_D, 10000};
     struct rig r;

@@ -54,7 +54,7 @@ static void begin(struct rig *r, double sky_cd_m2)
     rig_object(r, "another", "crumb", "grey",
                rig_v(0, 20, 20)); /* the eye is in the scene, from which the sun is far */
     struct lum_light_desc sky = {
-        .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = sky_cd_m2, .on = true};
+        .kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = sky_cd_m2, .on = true};
     rig_light(r, "sky", &sky);
 }
 
@@ -141,7 +141,7 @@ static void the_sun(void **state)
     begin(&r, 1500);
     struct lum_vec3d to = at_distance(1, 0, 30);
     const double facing_lx = 20000, across = 0.53 * PI / 180;
-    struct lum_light_desc sun = {.kind = LUM_LIGHT_DIRECTIONAL,
+    struct lum_light_desc sun = {.kind = &lum_light_kind_directional,
                                  .direction = rig_v(-to.x, -to.y, -to.z),
                                  .diameter_rad = across,
                                  .color = lum_grey(1),
@@ -198,7 +198,7 @@ static void a_painted_sun(void **state)
         const struct lum_image_desc image = {LUM_TEXEL_RGB32F, w, h, pixels};
         RIG_OK(lum_scene_put_image(r.scene, "sky", &image, &err));
         struct lum_light_desc sky = {
-            .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 600, .image = "sky", .on = true};
+            .kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = 600, .image = "sky", .on = true};
         rig_light(&r, "sky", &sky);
         rig_commit(&r);
         lum_free(pixels);

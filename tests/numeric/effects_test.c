@@ -137,7 +137,7 @@ static void assert_present(const struct picture *full, const struct picture *abs
 {
     if (!full->stats.demand.on[at->effect])
         FAIL_AT(at, "not called for: %s", full->stats.demand.why[at->effect]);
-    if (!at->method->serves[at->effect])
+    if (!lum_method_serves(at->method, at->effect))
         return;
     if (!may_share_rays(at->effect) && full->effects[at->effect].rays == 0)
         FAIL_AT(at, "no rays");
@@ -153,10 +153,10 @@ static uint32_t filled_by(const struct lum_estimator *e)
 /* Bytes of the component buffers that the effect alone calls for. */
 static uint64_t own_buffer_bytes(const struct lum_method *method, enum lum_effect effect)
 {
-    uint32_t own = method->serves[effect] ? filled_by(method->serves[effect]) : 0;
+    uint32_t own = lum_method_serves(method, effect) ? filled_by(lum_method_serves(method, effect)) : 0;
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
-        if (e != (int)effect && method->serves[e])
-            own &= ~filled_by(method->serves[e]);
+        if (e != (int)effect && lum_method_serves(method, e))
+            own &= ~filled_by(lum_method_serves(method, e));
     uint64_t n = 0;
     for (; own; own &= own - 1)
         n += N_PIXELS * 2 * sizeof(struct lum_rgb); /* raw and smooth */

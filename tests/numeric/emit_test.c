@@ -2,6 +2,7 @@
 #include "tests/support/rig.h"
 
 #include "core/light/emit.h"
+#include "core/light/emitter.h"
 #include "core/light/light.h"
 #include "core/light/portals.h"
 #include "core/light/sample.h"
@@ -10,14 +11,15 @@
 #include "core/scene/light_kind.h"
 #include "tests/numeric/stats.h"
 #include "tests/support/webs.h"
+#include "server/world/light_kinds.h"
 
-/* All kinds of light (enum lum_light_kind), and four more. */
+/* All kinds of light (server/world/light_kinds.h), and five more. */
 enum { IMAGE = LUM_LIGHT_KIND_COUNT, MESH, RECTANGLE, ROUND, FAR_DISC, N_KINDS };
 
 static const char *name_of(int kind)
 {
     static const char *const more[] = {"image", "mesh", "rectangular opening", "round opening", "far disc"};
-    return kind < IMAGE ? lum_light_kind_names[kind] : more[kind - IMAGE];
+    return kind < IMAGE ? lum_light_kinds[kind].name : more[kind - IMAGE];
 }
 
 static struct lum_web *web; /* of the ies kind; made once by main */
@@ -25,10 +27,10 @@ static struct lum_web *web; /* of the ies kind; made once by main */
 static struct lum_light_desc lamp_of(int kind)
 {
     bool opening = kind == RECTANGLE || kind == ROUND;
-    return (struct lum_light_desc){.kind = kind < IMAGE       ? (enum lum_light_kind)kind
-                                           : opening          ? LUM_LIGHT_IES
-                                           : kind == FAR_DISC ? LUM_LIGHT_DIRECTIONAL
-                                                              : LUM_LIGHT_ENVIRONMENT,
+    return (struct lum_light_desc){.kind = kind < IMAGE       ? lum_light_kinds[kind].row
+                                           : opening          ? &lum_light_kind_ies
+                                           : kind == FAR_DISC ? &lum_light_kind_directional
+                                                              : &lum_light_kind_environment,
                                    .opening = kind == RECTANGLE ? LUM_OPENING_RECTANGLE
                                               : kind == ROUND   ? LUM_OPENING_DISC
                                                                 : LUM_OPENING_POINT,
@@ -90,7 +92,8 @@ static struct lum_vec2 random_pair(struct rng *r)
 /* Brighter from here than from there, or of a box that is not as large from here as from there. */
 static bool is_uneven(int kind)
 {
-    return kind == IMAGE || kind == LUM_LIGHT_SKY || kind == FAR_DISC;
+    bool sky = kind < IMAGE && lum_light_kinds[kind].row == &lum_light_kind_sky;
+    return sky || kind == IMAGE || kind == FAR_DISC;
 }
 
 /* Every shot carries the light's flux; the texels of an image or a sky carry it in the mean. */
@@ -126,17 +129,18 @@ static void flux_is_the_lights(void **state)
 static void flux_is_as_the_scene_says(void **state)
 {
     (void)state;
-    for (int kind = 0; kind < LUM_LIGHT_KIND_COUNT; kind++) {
-        const struct lum_light_kind_row *row = lum_light_kinds[kind];
+    for (int kind = 0; kind < IMAGE; kind++) {
+        const struct lum_light_kind_row *row = lum_light_kinds[kind].row;
         if (!row->flux)
             continue;
         struct rig r;
         scene_with(&r, kind);
         struct lum_light_desc d = lamp_of(kind);
-        double s = row->emitter == LUM_EMIT_POINT ? 1.0 : r.snapshot->norm.scale; /* areas are in scene units */
+        double s =
+            row->emitter->unit == LUM_POWER_INTENSITY ? 1.0 : r.snapshot->norm.scale; /* areas are in scene units */
         double want = row->flux(&d) * s * s, got = flux_unit(&r);
         if (!(fabs(got / want - 1.0) < 1e-6)) /* a few roundings to float */
-            fail_msg("%s: %g lm, expected %g", lum_light_kind_names[kind], got, want);
+            fail_msg("%s: %g lm, expected %g", lum_light_kinds[kind].name, got, want);
         rig_end(&r);
     }
 }
@@ -167,7 +171,7 @@ static void through_by_shots(const struct rig *r, const struct lum_portals *port
     struct lum_light_ray shot;
     double flux = 0.0;
     /* a mesh, which is closed here, shines into itself, too: that ends there */
-    bool inwards = r->snapshot->lights.lights[0].kind == LUM_EMIT_MESH && u_direction.x >= 0.5f;
+    bool inwards = r->snapshot->lights.lights[0].kind == &lum_emitter_mesh && u_direction.x >= 0.5f;
     if (lum_light_emit(r->snapshot, 0, portals, u_position, u_direction, &shot) && !inwards) {
         float down = -lum_dot(shot.d, t->n), above = lum_dot(lum_v3_sub(shot.o, t->centre), t->n);
         struct lum_vec3 x = lum_v3_mad(shot.o, shot.d, above / down);
@@ -256,15 +260,17 @@ static void as_many_go_there_through_portals(void **state)
 static void environments_are_as_bright_by_portals(void **state)
 {
     (void)state;
-    const int kinds[] = {LUM_LIGHT_ENVIRONMENT, LUM_LIGHT_SKY, IMAGE};
     const double level = sidak(0.01, 3 * 4);
-    for (size_t k = 0; k < LUM_ARRAY_LEN(kinds); k++) {
+    for (int kind = 0; kind <= IMAGE; kind++) {
+        const struct lum_light_kind_row *row = kind < IMAGE ? lum_light_kinds[kind].row : &lum_light_kind_environment;
+        if (row->emitter != &lum_emitter_environment)
+            continue;
         struct rig r;
-        scene_with(&r, kinds[k]);
+        scene_with(&r, kind);
         const struct lum_light *l = &r.snapshot->lights.lights[0];
         const struct lum_portals portals = some_portals(&r);
         for (int place = 0; place < 4; place++) {
-            struct rng random = {(uint64_t)(k * 4 + (size_t)place)};
+            struct rng random = {(uint64_t)(kind * 4 + (size_t)place)};
             struct lum_vec3 p = rig_to_scene(&r, place == 3 ? 1.9 : 0.4 * place - 0.5, 0.3, -0.6);
             struct lum_vec3 n = lum_normalize(lum_v3(0.3f, 0.8f, -0.5f));
             struct mean by_portals = {0}, all_around = {0};
@@ -287,7 +293,7 @@ static void environments_are_as_bright_by_portals(void **state)
             double err = hypot(mean_stderr(&by_portals), mean_stderr(&all_around));
             double z = fabs(by_portals.mean - all_around.mean) / err;
             if (err > 0.0 && erfc(z / sqrt(2.0)) < level)
-                fail_msg("%s, place %d: %g by portals, %g without, +- %g", name_of(kinds[k]), place, by_portals.mean,
+                fail_msg("%s, place %d: %g by portals, %g without, +- %g", name_of(kind), place, by_portals.mean,
                          all_around.mean, err);
         }
         rig_end(&r);

@@ -178,11 +178,11 @@ static void suns_are_told_from_even_skies(void **state)
         assert_non_null(map);
         double peak = lum_env_map_peak(map) * lum_env_map_mean_luminance(map);
         assert_true(fabs(peak - (1.0 + 0.5625 * ((double)sun[i] - 1.0))) < 1e-5 * peak);
-        struct lum_light light = {.kind = LUM_EMIT_ENVIRONMENT, .env = map};
+        struct lum_light light = {.kind = &lum_emitter_environment, .env = map};
         assert_true(lum_light_is_even_sky(&light) == even[i]);
         lum_env_map_destroy(map);
     }
-    struct lum_light constant = {.kind = LUM_EMIT_ENVIRONMENT}, point = {.kind = LUM_EMIT_POINT};
+    struct lum_light constant = {.kind = &lum_emitter_environment}, point = {.kind = &lum_emitter_point};
     assert_true(lum_light_is_even_sky(&constant));
     assert_false(lum_light_is_even_sky(&point));
 }
@@ -241,7 +241,7 @@ static void light_is_rotated(void **state)
     struct lum_env_map *map = lum_env_map_create(&image);
     assert_non_null(map);
     float c = cosf(0.7f), s = sinf(0.7f);
-    struct lum_light l = {.kind = LUM_EMIT_ENVIRONMENT,
+    struct lum_light l = {.kind = &lum_emitter_environment,
                           .power = {2.0f, 2.0f, 2.0f},
                           .on = true,
                           .env = map,

@@ -26,7 +26,7 @@ static void sky_begin_with(struct sky *s, uint32_t threads, void (*put_before)(s
     memset(s, 0, sizeof *s);
     rig_begin(&s->rig, threads);
     RIG_OK(lum_scene_put_light(s->rig.scene, "sky",
-                               &(struct lum_light_desc){.kind = LUM_LIGHT_ENVIRONMENT,
+                               &(struct lum_light_desc){.kind = &lum_light_kind_environment,
                                                         .intensity = SKY,
                                                         .on = true,
                                                         .camera_visible = true,

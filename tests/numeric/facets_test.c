@@ -45,7 +45,7 @@ static struct lum_light quad_of(struct lum_vec3 half, uint32_t face)
     struct lum_vec3 c[4];
     for (uint32_t k = 0; k < 4; k++)
         c[k] = box_corner(half, face, k);
-    struct lum_light l = {.kind = LUM_EMIT_QUAD, .p = lum_v3_mul(lum_v3_add(c[0], c[2]), 0.5f)};
+    struct lum_light l = {.kind = &lum_emitter_quad, .p = lum_v3_mul(lum_v3_add(c[0], c[2]), 0.5f)};
     l.u = lum_v3_mul(lum_v3_sub(c[1], c[0]), 0.5f);
     l.v = lum_v3_mul(lum_v3_sub(c[2], c[1]), 0.5f);
     l.n = lum_normalize(lum_cross(l.u, l.v));

@@ -61,13 +61,16 @@ static void put_room_with_window(struct rig *r)
     const double q[] = {-1, 1, 2, 1, 1, 2, 1, 2.5, 2, -1, 2.5, 2};
     const uint32_t j[] = {0, 1, 2, 0, 2, 3};
     rig_mesh(r, "pane", q, 4, j, 2);
-    struct lum_light_desc sun = {.kind = LUM_LIGHT_DIRECTIONAL,
+    struct lum_light_desc sun = {.kind = &lum_light_kind_directional,
                                  .direction = rig_v(0.3, -0.7, -1),
                                  .color = lum_grey(1),
                                  .intensity = 50000,
                                  .on = true};
-    struct lum_light_desc sky = {
-        .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 3000, .on = true, .camera_visible = true};
+    struct lum_light_desc sky = {.kind = &lum_light_kind_environment,
+                                 .color = lum_grey(1),
+                                 .intensity = 3000,
+                                 .on = true,
+                                 .camera_visible = true};
     rig_light(r, "sun", &sun);
     rig_light(r, "sky", &sky);
     rig_camera(r, rig_v(-1.5, 1.6, 1.6), rig_v(0.8, 0.8, -1.5), 70);

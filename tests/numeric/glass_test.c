@@ -237,7 +237,7 @@ static void put_glazed_room(struct rig *r, const struct lum_material_desc *m)
 
 static void put_sun(struct rig *r, double lx)
 {
-    struct lum_light_desc sun = {.kind = LUM_LIGHT_DIRECTIONAL,
+    struct lum_light_desc sun = {.kind = &lum_light_kind_directional,
                                  .direction = rig_v(0.3, -1, 0.2),
                                  .color = lum_grey(1),
                                  .intensity = lx,

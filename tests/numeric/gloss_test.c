@@ -28,7 +28,7 @@ static void begin(struct rig *r, double white_m, float rest)
     rig_object(r, "left", "strip", "white", rig_v(-white_m / 2, 3, 0));
     rig_object(r, "right", "half", "dark", rig_v(4, 3, 0));
     struct lum_light_desc spot = rig_point(rig_v(0, 0.5, 0), 100);
-    spot.kind = LUM_LIGHT_SPOT;
+    spot.kind = &lum_light_kind_spot;
     spot.direction = rig_v(0, 1, 0);
     spot.inner_cone_rad = 1.2;
     spot.outer_cone_rad = 1.3;
@@ -169,9 +169,9 @@ static void colours_of_metals_stay_sharp(void **state)
         rig_material(&r, i ? "dark" : "bright", &metal);
         rig_object(&r, i ? "right" : "left", "half", i ? "dark" : "bright", rig_v(i ? 4 : -4, 0, 0));
     }
-    rig_light(
-        &r, "sky",
-        &(struct lum_light_desc){.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 1000, .on = true});
+    rig_light(&r, "sky",
+              &(struct lum_light_desc){
+                  .kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = 1000, .on = true});
     rig_camera(&r, rig_v(0, 2.5, 0), rig_v(0, 0, 0), 40);
     r.settings.method = lum_method_find("live");
     r.settings.antialias = false;

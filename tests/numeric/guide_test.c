@@ -162,7 +162,7 @@ static void surfaces_reflect_the_same(void **state)
 
 static void spot_light(struct rig *r, const char *id, struct lum_vec3d at, struct lum_vec3d to, double cd)
 {
-    struct lum_light_desc l = {.kind = LUM_LIGHT_SPOT,
+    struct lum_light_desc l = {.kind = &lum_light_kind_spot,
                                .position = at,
                                .direction = rig_v(to.x - at.x, to.y - at.y, to.z - at.z),
                                .color = lum_grey(1),

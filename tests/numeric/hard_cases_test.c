@@ -131,8 +131,8 @@ static void walls_keep_light_out(struct hard *h)
 static void leaning_normals(struct hard *h)
 {
     struct rig *r = &h->r;
-    static const enum lum_light_kind kinds[] = {LUM_LIGHT_POINT, LUM_LIGHT_DIRECTIONAL, LUM_LIGHT_QUAD,
-                                                LUM_LIGHT_SPHERE};
+    static const struct lum_light_kind_row *const kinds[] = {&lum_light_kind_point, &lum_light_kind_directional,
+                                                             &lum_light_kind_quad, &lum_light_kind_sphere};
     const double p[] = {-2, 0, -2, -2, 0, 2, 2, 0, 2, 2, 0, -2};
     const float n[] = {0.99f, 0.1f, 0, 0.99f, 0.1f, 0, 0.9f, 0.1f, 0.3f, 0.99f, 0.1f, 0};
     const uint32_t i[] = {0, 1, 2, 0, 2, 3};
@@ -327,7 +327,7 @@ static void broken_texels(struct hard *h)
         m.emission_cd_m2 = 3;
         rig_material(r, "floor", &m);
         put_floor(r, uvs);
-        struct lum_light_desc sky = {.kind = LUM_LIGHT_ENVIRONMENT,
+        struct lum_light_desc sky = {.kind = &lum_light_kind_environment,
                                      .color = lum_grey(1),
                                      .intensity = 3,
                                      .image = "texels",

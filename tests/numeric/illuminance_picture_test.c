@@ -154,8 +154,11 @@ static void what_is_no_surface_is_black(void **state)
     const struct lum_method *methods = lum_methods(&n);
     for (size_t i = 0; i < n; i++) {
         struct rig r;
-        struct lum_light_desc sky = {
-            .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 100, .on = true, .camera_visible = true};
+        struct lum_light_desc sky = {.kind = &lum_light_kind_environment,
+                                     .color = lum_grey(1),
+                                     .intensity = 100,
+                                     .on = true,
+                                     .camera_visible = true};
         struct lum_light_desc panel = rig_quad(rig_v(0, 1, 0), rig_v(0.5, 0, 0), rig_v(0, 0.5, 0), 300);
         rig_begin(&r, 1);
         r.settings.method = &methods[i];

@@ -24,7 +24,7 @@ static void stage(struct instant_bed *b)
     rig_object(&b->rig, "peg", "peg", "white", rig_v(5, 5, 5)); /* so that the bounds of the scene stay as they are */
     rig_object(&b->rig, "peg2", "peg", "white", rig_v(-5, -5, -5));
     struct lum_light_desc spot = rig_point(rig_v(1.5, 2.5, -1.0), 200);
-    spot.kind = LUM_LIGHT_SPOT;
+    spot.kind = &lum_light_kind_spot;
     spot.direction = rig_v(-3.5, -0.5, 0.5);
     spot.inner_cone_rad = 0.17;
     spot.outer_cone_rad = 0.25;

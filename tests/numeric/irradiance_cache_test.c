@@ -210,8 +210,11 @@ static void form_factors(void **state)
         {"above a disc", "disc", {0, 0.6, 0}, {0, -1, 0}, 0.25 / (0.25 + 0.36), 1e-4},
         {"behind a square", "quad", {0, 0.5, 0}, {0, 1, 0}, 0.0, 0.0},
     };
-    struct lum_light_desc sun = {
-        .kind = LUM_LIGHT_DIRECTIONAL, .direction = {0, -1, 0}, .color = lum_grey(1), .intensity = 100, .on = true};
+    struct lum_light_desc sun = {.kind = &lum_light_kind_directional,
+                                 .direction = {0, -1, 0},
+                                 .color = lum_grey(1),
+                                 .intensity = 100,
+                                 .on = true};
     rig_light(&r, "sun", &sun);
     for (size_t k = 0; k < LUM_ARRAY_LEN(cases); k++) {
         struct lum_shape_mesh shape;
@@ -328,7 +331,7 @@ static void records_as_the_path_tracer(void **state)
     struct lum_light_desc point = rig_point(rig_v(1, 2.5, 1), 60),
                           quad = rig_quad(rig_v(-0.5, 2.6, 0), rig_v(0.4, 0, 0), rig_v(0, 0, 0.3), 200);
     struct lum_light_desc ball = point;
-    ball.kind = LUM_LIGHT_SPHERE, ball.radius_m = 0.2, ball.position = rig_v(0, 0.3, 1.2), ball.intensity = 100;
+    ball.kind = &lum_light_kind_sphere, ball.radius_m = 0.2, ball.position = rig_v(0, 0.3, 1.2), ball.intensity = 100;
     ball.camera_visible = true;
     rig_light(&r, "point", &point);
     rig_light(&r, "quad", &quad);

@@ -34,7 +34,8 @@ static struct lum_light far_quad(uint32_t sample, struct lum_vec3 *ret_p, struct
 {
     struct lum_sampler s = {7, sample};
     float a = 0.05f + lum_sampler_1d(&s, 0), b = 0.05f + lum_sampler_1d(&s, 1);
-    struct lum_light l = {.kind = LUM_EMIT_QUAD, .u = {a, 0, 0}, .v = {0, 0, b}, .n = {0, -1, 0}, .area = 4.0f * a * b};
+    struct lum_light l = {
+        .kind = &lum_emitter_quad, .u = {a, 0, 0}, .v = {0, 0, b}, .n = {0, -1, 0}, .area = 4.0f * a * b};
     struct lum_vec3 d = lum_normalize(lum_v3(signed_1d(&s, 2), -lum_sampler_1d(&s, 3), signed_1d(&s, 4)));
     *ret_p = lum_v3_mul(d, (4.01f + 4.0f * lum_sampler_1d(&s, 5)) * sqrtf(a * a + b * b));
     *ret_n = lum_normalize(lum_v3(signed_1d(&s, 6), signed_1d(&s, 7), signed_1d(&s, 8)));

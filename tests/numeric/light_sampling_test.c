@@ -64,7 +64,7 @@ static void follow(sample_fn *sample, pdf_fn *pdf_of)
                     double a = (i / SIDE + (j / sub + 0.5) / sub) / SIDE, b = (i % SIDE + (j % sub + 0.5) / sub) / SIDE;
                     double cells = (double)SIDE * SIDE * sub * sub;
                     struct patch at =
-                        l->kind == LUM_EMIT_QUAD ? quad_patch(l, a, b, cells) : disc_patch(l, a, b, cells);
+                        l->kind == &lum_emitter_quad ? quad_patch(l, a, b, cells) : disc_patch(l, a, b, cells);
                     struct lum_vec3 d = lum_v3_sub(at.x, points[c]), wi = lum_normalize(d);
                     double pdf = (double)pdf_of(&s, 0, points[c], wi, at.x, at.n);
                     sum += pdf * (double)(-lum_dot(wi, at.n) / lum_dot(d, d)) * at.area;
@@ -83,7 +83,7 @@ static void follow(sample_fn *sample, pdf_fn *pdf_of)
                 assert_true(fabsf(pdf - ls.pdf_sa) <
                             1e-3f * pdf); /* x is rounded: 2^-22 of a distance, over its cosine */
                 double a, b;
-                if (l->kind == LUM_EMIT_QUAD) { /* coordinates of d in the basis u, v */
+                if (l->kind == &lum_emitter_quad) { /* coordinates of d in the basis u, v */
                     double uu = (double)lum_dot(l->u, l->u), uv = (double)lum_dot(l->u, l->v),
                            vv = (double)lum_dot(l->v, l->v);
                     double du = (double)lum_dot(d, l->u), dv = (double)lum_dot(d, l->v), det = uu * vv - uv * uv;

@@ -145,7 +145,7 @@ static void sphere_is_as_if_a_point(void **state)
 static void constant_environment_gives_pi(void **state)
 {
     (void)state;
-    struct lum_light l = light(LUM_EMIT_ENVIRONMENT);
+    struct lum_light l = light(&lum_emitter_environment);
     l.frame = lum_frame_from_normal(lum_v3(0, 0, 1));
     for (int i = 0; i < 10; i++) {
         double got = irradiance(&l, lum_v3(0, 0, 0), direction(i / 5.0 - 1.0, i), 1 << 16);
@@ -224,8 +224,9 @@ static double flux_of(const struct lum_light *l, double radius)
 static void flux_is_kept(void **state)
 {
     (void)state;
-    static const enum lum_light_kind kinds[] = {LUM_LIGHT_POINT, LUM_LIGHT_SPOT, LUM_LIGHT_QUAD, LUM_LIGHT_DISC,
-                                                LUM_LIGHT_SPHERE};
+    static const struct lum_light_kind_row *const kinds[] = {&lum_light_kind_point, &lum_light_kind_spot,
+                                                             &lum_light_kind_quad, &lum_light_kind_disc,
+                                                             &lum_light_kind_sphere};
     for (size_t i = 0; i < LUM_ARRAY_LEN(kinds); i++) {
         struct lum_light_desc d = {.kind = kinds[i],
                                    .direction = {0, 0, -1},
@@ -237,7 +238,7 @@ static void flux_is_kept(void **state)
                                    .color = {1, 1, 1}};
         double intensity = 0.0;
         assert_int_equal(lum_light_from_flux(&d, 800.0, &intensity, NULL), LUM_OK);
-        struct lum_light lights[] = {light(LUM_EMIT_POINT), spot(),
+        struct lum_light lights[] = {light(&lum_emitter_point), spot(),
                                      quad(lum_v3(0, 0, 0), lum_v3(0, 0.25f, 0), lum_v3(0.125f, 0, 0)),
                                      disc(lum_v3(0, 0, 0), lum_v3(0, 0, -1), 0.3f), sphere(lum_v3(0, 0, 0), 0.3f)};
         struct lum_light *l = &lights[i];
@@ -246,7 +247,7 @@ static void flux_is_kept(void **state)
         l->power = lum_grey((float)intensity);
         double got = flux_of(l, 5.0);
         if (fabs(got / 800.0 - 1.0) > 0.002)
-            fail_msg("kind %d: %g lm", (int)kinds[i], got);
+            fail_msg("kinds[%zu]: %g lm", i, got);
     }
 }
 
@@ -307,7 +308,7 @@ static void nothing_reaches_from_behind_or_from_no_area(void **state)
         sphere(lum_v3(0, 0, 1), 0.0f),
         sphere(lum_v3(0, 0, 0.5f), 1.0f), /* the point is inside */
         sphere(o, 1.0f),
-        light(LUM_EMIT_POINT), /* at the point */
+        light(&lum_emitter_point), /* at the point */
         spot(),
     };
     lights[10].delta = lights[11].delta = true;
@@ -339,19 +340,23 @@ static struct lum_vec3 hostile_vec(struct rng *r)
 static void nothing_is_ever_not_finite(void **state)
 {
     (void)state;
+    static const struct lum_emitter_row *const kinds[] = {
+        &lum_emitter_point, &lum_emitter_directional, &lum_emitter_far_disc,          &lum_emitter_quad,
+        &lum_emitter_disc,  &lum_emitter_sphere,      &lum_emitter_opening_rectangle, &lum_emitter_opening_disc,
+        &lum_emitter_mesh,  &lum_emitter_environment};
     struct rng r = {9};
     struct mesh_light m;
     mesh_light_init(&m);
     for (int i = 0; i < 1000000; i++) {
-        enum lum_emitter kind = (enum lum_emitter)(i % (LUM_EMIT_ENVIRONMENT + 1));
+        const struct lum_emitter_row *kind = kinds[i % LUM_ARRAY_LEN(kinds)];
         struct lum_light l = light(kind);
-        if (kind == LUM_EMIT_QUAD)
+        if (kind == &lum_emitter_quad)
             l = quad(hostile_vec(&r), hostile_vec(&r), hostile_vec(&r));
-        else if (kind == LUM_EMIT_DISC)
+        else if (kind == &lum_emitter_disc)
             l = disc(hostile_vec(&r), lum_normalize(hostile_vec(&r)), fabsf(hostile(&r)));
-        else if (kind == LUM_EMIT_SPHERE)
+        else if (kind == &lum_emitter_sphere)
             l = sphere(hostile_vec(&r), fabsf(hostile(&r)));
-        else if (kind == LUM_EMIT_MESH)
+        else if (kind == &lum_emitter_mesh)
             l = m.light;
         else
             l.p = hostile_vec(&r), l.omc_inner = hostile(&r), l.omc_outer = hostile(&r),
@@ -365,14 +370,14 @@ static void nothing_is_ever_not_finite(void **state)
         bool got = lum_light_sample_at(&m.snapshot, 0, p, u, &s);
         struct lum_vec3 x = hostile_vec(&r);
         float pdf = lum_light_pdf(&m.snapshot, 0, p, lum_normalize(x), x, lum_normalize(hostile_vec(&r)));
-        bool delta = kind <= LUM_EMIT_DIRECTIONAL;
+        bool delta = kind == &lum_emitter_point || kind == &lum_emitter_directional;
         bool ok = isfinite(pdf) && pdf >= 0.0f;
         if (got)
             ok = ok && lum_v3_finite(s.wi) && fabsf(lum_length(s.wi) - 1.0f) < 1e-4f && lum_rgb_finite(s.radiance) &&
                  s.distance >= 0.0f && isfinite(s.pdf_sa) && (delta ? s.pdf_sa == 0.0f : s.pdf_sa > 0.0f);
         if (!ok)
-            fail_msg("case %d, kind %d: pdf %g, sample %g %g %g distance %g pdf %g", i, (int)kind, (double)pdf,
-                     (double)s.wi.x, (double)s.wi.y, (double)s.wi.z, (double)s.distance, (double)s.pdf_sa);
+            fail_msg("case %d, kinds[%d]: pdf %g, sample %g %g %g distance %g pdf %g", i, i % (int)LUM_ARRAY_LEN(kinds),
+                     (double)pdf, (double)s.wi.x, (double)s.wi.y, (double)s.wi.z, (double)s.distance, (double)s.pdf_sa);
     }
 }
 
@@ -402,7 +407,7 @@ static struct lum_light light_with_area(const struct mesh_light *m, int i)
     case 3:
         return m->light;
     default:
-        return light(LUM_EMIT_ENVIRONMENT);
+        return light(&lum_emitter_environment);
     }
 }
 
@@ -417,7 +422,7 @@ static void views_see_what_samples_see(void **state)
     for (int i = 0; i < 10000; i++) {
         struct lum_light l = light_with_area(&m, i);
         l.frame = lum_frame_from_normal(lum_v3(0, 0, 1));
-        if (l.kind == LUM_EMIT_MESH && i % 2)
+        if (l.kind == &lum_emitter_mesh && i % 2)
             l.facets = &m.facets;
         m.snapshot.lights.lights = &l;
         struct lum_vec3 p =

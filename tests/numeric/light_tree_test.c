@@ -20,8 +20,9 @@ static void place_lamp(struct lum_light_desc *l, struct random_stream *r)
 /* Lamps of all kinds that are somewhere, fluxes a hundred thousand apart, some off; shining objects; a sun. */
 static const struct lum_snapshot *light_up(struct fixture *f)
 {
-    static const enum lum_light_kind kinds[] = {LUM_LIGHT_POINT, LUM_LIGHT_SPOT, LUM_LIGHT_QUAD, LUM_LIGHT_DISC,
-                                                LUM_LIGHT_SPHERE};
+    static const struct lum_light_kind_row *const kinds[] = {&lum_light_kind_point, &lum_light_kind_spot,
+                                                             &lum_light_kind_quad, &lum_light_kind_disc,
+                                                             &lum_light_kind_sphere};
     static const char *shapes[] = {"box", "sphere", "quad"};
     struct random_stream r = {7};
     char id[16];
@@ -40,7 +41,7 @@ static const struct lum_snapshot *light_up(struct fixture *f)
         put_object(f->scene, id, shapes[i], "glow",
                    scaled_at(0.2, 3.0 * random_double(&r) - 1.5, random_double(&r), 0.5));
     }
-    struct lum_light_desc sun = light_desc(LUM_LIGHT_DIRECTIONAL);
+    struct lum_light_desc sun = light_desc(&lum_light_kind_directional);
     put_light(f->scene, "sun", &sun);
     return commit(f);
 }

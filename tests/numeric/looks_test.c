@@ -143,10 +143,19 @@ static void as_much_comes_in(void **state)
 {
     (void)state;
     const struct lum_light_desc lights[] = {
-        {.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 1, .on = true},
-        {.kind = LUM_LIGHT_SKY, .color = lum_grey(1), .intensity = 1, .cie_type = 1, .ground_albedo = 0.2, .on = true},
-        {.kind = LUM_LIGHT_DIRECTIONAL, .color = lum_grey(1), .intensity = 1, .direction = {0.1, -1, -0.7}, .on = true},
-        {.kind = LUM_LIGHT_DIRECTIONAL,
+        {.kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = 1, .on = true},
+        {.kind = &lum_light_kind_sky,
+         .color = lum_grey(1),
+         .intensity = 1,
+         .cie_type = 1,
+         .ground_albedo = 0.2,
+         .on = true},
+        {.kind = &lum_light_kind_directional,
+         .color = lum_grey(1),
+         .intensity = 1,
+         .direction = {0.1, -1, -0.7},
+         .on = true},
+        {.kind = &lum_light_kind_directional,
          .color = lum_grey(1),
          .intensity = 1,
          .direction = {0.3, -1, -0.2},

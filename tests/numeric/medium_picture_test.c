@@ -173,10 +173,16 @@ static void infinite_fog_hides_what_is_infinitely_far(void **state)
     (void)state;
     struct rig r;
     rig_begin(&r, 0);
-    struct lum_light_desc sky = {
-        .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 1000, .on = true, .camera_visible = true};
-    struct lum_light_desc sun = {
-        .kind = LUM_LIGHT_DIRECTIONAL, .direction = {0, -1, 0}, .color = lum_grey(1), .intensity = 1e5, .on = true};
+    struct lum_light_desc sky = {.kind = &lum_light_kind_environment,
+                                 .color = lum_grey(1),
+                                 .intensity = 1000,
+                                 .on = true,
+                                 .camera_visible = true};
+    struct lum_light_desc sun = {.kind = &lum_light_kind_directional,
+                                 .direction = {0, -1, 0},
+                                 .color = lum_grey(1),
+                                 .intensity = 1e5,
+                                 .on = true};
     rig_light(&r, "sky", &sky);
     rig_light(&r, "sun", &sun);
     struct lum_medium_desc fog = fog_everywhere(1e-3f, 0, 0);

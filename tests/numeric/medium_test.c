@@ -7,6 +7,7 @@
 #include "core/scene/light_kind.h"
 #include "tests/numeric/stats.h"
 #include "tests/support/webs.h"
+#include "server/world/light_kinds.h"
 
 /* ---- the phase function ---- */
 
@@ -261,7 +262,7 @@ static void airlight_of_a_small_sphere(void **state)
     rig_begin(&r, 0);
     const double radius = 0.005;
     struct lum_medium_desc fog = fog_everywhere(0.1f, 0, 0);
-    struct lum_light_desc ball = {.kind = LUM_LIGHT_SPHERE,
+    struct lum_light_desc ball = {.kind = &lum_light_kind_sphere,
                                   .position = {5 * sin(0.3), 0, -5 * cos(0.3)},
                                   .radius_m = radius,
                                   .color = lum_grey(1),
@@ -289,7 +290,7 @@ static void sun_in_a_slab(void **state)
         fog.sigma_s = lum_rgb(s[0], s[1], s[2]);
         fog.sigma_a = lum_rgb(a[0], a[1], a[2]);
         fog.g = g;
-        struct lum_light_desc sun = {.kind = LUM_LIGHT_DIRECTIONAL,
+        struct lum_light_desc sun = {.kind = &lum_light_kind_directional,
                                      .direction = {0, 0, side},
                                      .color = lum_grey(1),
                                      .intensity = 1000,
@@ -349,11 +350,11 @@ static void lights_in_fog(struct rig *r)
     l.intensity = 100;
     struct lum_web *web = web_of_a_lamp();
     l.web = web;
-    for (int k = 0; k < LUM_LIGHT_KIND_COUNT; k++) {
-        l.kind = (enum lum_light_kind)k;
-        rig_light(r, lum_light_kind_names[k], &l);
+    for (size_t k = 0; k < LUM_LIGHT_KIND_COUNT; k++) {
+        l.kind = lum_light_kinds[k].row;
+        rig_light(r, lum_light_kinds[k].name, &l);
     }
-    l.kind = LUM_LIGHT_IES;
+    l.kind = &lum_light_kind_ies;
     l.opening_m[0] = 0.3, l.opening_m[1] = 0.2;
     for (int k = LUM_OPENING_RECTANGLE; k <= LUM_OPENING_DISC; k++) {
         l.opening = (enum lum_opening)k;
@@ -420,7 +421,7 @@ static void many_distances_are_each_alone(void **state)
         static const struct lum_falloff *const falloffs[] = {&lum_falloff_even, &lum_falloff_spot, &lum_falloff_web};
         const struct lum_falloff *falloff = falloffs[i / 2 % 3];
         const struct lum_light *lights = r.snapshot->lights.lights;
-        while (lights[q.light].kind != LUM_EMIT_POINT || lights[q.light].falloff != falloff)
+        while (lights[q.light].kind != &lum_emitter_point || lights[q.light].falloff != falloff)
             q.light++;
         if (i % 8)
             q.d = lum_normalize(lum_v3((float)rng_unit(&rng) - 0.5f, (float)rng_unit(&rng) - 0.5f, -1.0f));

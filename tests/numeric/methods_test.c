@@ -56,7 +56,7 @@ static void furnace_cube(struct rig *r)
 /* Bounces that a method simulates of those that it may. */
 static uint32_t bounces_of(const struct lum_method *method, uint32_t max_depth)
 {
-    return max_depth > 1 && !method->serves[LUM_EFFECT_INDIRECT_DIFFUSE] ? 1 : max_depth;
+    return max_depth > 1 && !lum_method_serves(method, LUM_EFFECT_INDIRECT_DIFFUSE) ? 1 : max_depth;
 }
 
 /* Virtual point lights nearer than min_d = r_v count for nothing in equation 6.2.2 (NOTES R1): in a sphere of
@@ -264,7 +264,8 @@ static void light_by(struct rig *r, const char *kind)
         l.camera_visible = false;
         rig_light(r, kind, &l);
     } else {
-        struct lum_light_desc l = {.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 10, .on = true};
+        struct lum_light_desc l = {
+            .kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = 10, .on = true};
         rig_light(r, kind, &l);
     }
 }

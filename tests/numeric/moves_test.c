@@ -101,14 +101,14 @@ static void put_lights(struct rig *r, const struct telling *t)
         rig_point(place(t, -1, 1.75, 0.5), 40 * s * s),
         rig_point(place(t, 0.5, 1.25, 1), 10 * s * s),
         rig_quad(place(t, 0.5, 2, 0), rig_v(0.5 * s, 0, 0), rig_v(0, 0, 0.5 * s), 90),
-        {.kind = LUM_LIGHT_SPHERE,
+        {.kind = &lum_light_kind_sphere,
          .position = place(t, -0.5, 1.5, -0.75),
          .radius_m = 0.125 * s,
          .color = lum_grey(1),
          .intensity = 80,
          .on = true,
          .camera_visible = true},
-        {.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 2, .on = true, .camera_visible = true},
+        {.kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = 2, .on = true, .camera_visible = true},
     };
     const char *ids[] = {"bulb", "candle", "panel", "ball", "sky"};
     for (size_t k = 0; k < LUM_ARRAY_LEN(rows); k++) {
@@ -339,8 +339,11 @@ static void after_edits(void **state)
     struct rig r;
     begin(&r, &plain);
     const struct lum_camera camera = r.settings.camera;
-    struct lum_light_desc sun = {
-        .kind = LUM_LIGHT_DIRECTIONAL, .direction = {1, -2, -1}, .color = lum_grey(1), .intensity = 20, .on = true};
+    struct lum_light_desc sun = {.kind = &lum_light_kind_directional,
+                                 .direction = {1, -2, -1},
+                                 .color = lum_grey(1),
+                                 .intensity = 20,
+                                 .on = true};
     struct lum_material_desc clay = rig_diffuse(0.2f);
     size_t n;
     const struct lum_method *methods = lum_methods(&n);

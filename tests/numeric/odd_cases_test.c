@@ -92,7 +92,7 @@ static void no_objects(struct odd *o)
     assert_true(render(o, "a bulb alone") == 0.0f);
     assert_idle(o);
     struct lum_light_desc sky = {
-        .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 3, .on = true, .camera_visible = true};
+        .kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = 3, .on = true, .camera_visible = true};
     rig_light(&o->r, "sky", &sky);
     rig_commit(&o->r);
     assert_true(fabsf(render(o, "sky and a bulb") - 3.0f) <= 3e-6f);
@@ -135,11 +135,11 @@ static void touching_fog(struct odd *o)
 }
 
 static const struct lum_light_desc lamps[] = {
-    {.kind = LUM_LIGHT_POINT, .intensity = 90},
-    {.kind = LUM_LIGHT_SPOT, .direction = {1, -2, 0}, .outer_cone_rad = 0.5, .intensity = 90},
-    {.kind = LUM_LIGHT_QUAD, .u = {0.1, 0, 0}, .v = {0, 0, 0.1}, .intensity = 900},
-    {.kind = LUM_LIGHT_DISC, .direction = {0, -1, 0}, .radius_m = 0.1, .intensity = 900},
-    {.kind = LUM_LIGHT_SPHERE, .radius_m = 0.1, .intensity = 900},
+    {.kind = &lum_light_kind_point, .intensity = 90},
+    {.kind = &lum_light_kind_spot, .direction = {1, -2, 0}, .outer_cone_rad = 0.5, .intensity = 90},
+    {.kind = &lum_light_kind_quad, .u = {0.1, 0, 0}, .v = {0, 0, 0.1}, .intensity = 900},
+    {.kind = &lum_light_kind_disc, .direction = {0, -1, 0}, .radius_m = 0.1, .intensity = 900},
+    {.kind = &lum_light_kind_sphere, .radius_m = 0.1, .intensity = 900},
 };
 
 static void put_lamp(struct odd *o, size_t k, struct lum_vec3d at, double share)
@@ -209,7 +209,7 @@ static void without_strength(struct odd *o)
         flat.u = flat.v;
         flat.radius_m = 0.0;
         flat.color = lum_grey(1);
-        if (flat.kind != LUM_LIGHT_POINT && flat.kind != LUM_LIGHT_SPOT)
+        if (flat.kind != &lum_light_kind_point && flat.kind != &lum_light_kind_spot)
             assert_int_equal(lum_scene_put_light(o->r.scene, "flat", &flat, &err), LUM_ERR_INVALID);
     }
     const double line[] = {0, 1, 0, 1, 1, 0, 2, 1, 0};
@@ -301,7 +301,7 @@ static void hang_ceiling(struct odd *o)
     struct rig *r = &o->r;
     rig_box(r, "ceiling", 1, 0.1, 1);
     rig_diffuse_object(r, "ceiling", "plaster", 0.8f, rig_v(0, 2, 0));
-    struct lum_light_desc lamp = {.kind = LUM_LIGHT_SPOT,
+    struct lum_light_desc lamp = {.kind = &lum_light_kind_spot,
                                   .position = rig_v(0, 0.5, 0),
                                   .direction = rig_v(0, 1, 0),
                                   .color = lum_grey(1),

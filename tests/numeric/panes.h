@@ -69,9 +69,9 @@ static inline void put_mesh_lamp(struct rig *r, double x, double cd_m2)
 /* times: of its usual light. x: how far from above the origin. */
 static inline void put_lamp(struct rig *r, enum lamp kind, double x, double times)
 {
-    static const enum lum_light_kind kinds[N_LAMPS] = {LUM_LIGHT_DIRECTIONAL, LUM_LIGHT_ENVIRONMENT, LUM_LIGHT_POINT,
-                                                       LUM_LIGHT_SPOT,        LUM_LIGHT_DISC,        LUM_LIGHT_QUAD,
-                                                       LUM_LIGHT_SPHERE,      LUM_LIGHT_QUAD};
+    static const struct lum_light_kind_row *const kinds[N_LAMPS] = {
+        &lum_light_kind_directional, &lum_light_kind_environment, &lum_light_kind_point,  &lum_light_kind_spot,
+        &lum_light_kind_disc,        &lum_light_kind_quad,        &lum_light_kind_sphere, &lum_light_kind_quad};
     struct lum_light_desc l = {.kind = kinds[kind],
                                .position = rig_v(x, HIGH, 0),
                                .direction = rig_v(-x, -HIGH, 0),

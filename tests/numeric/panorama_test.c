@@ -102,8 +102,11 @@ static void even_light_is_even(void **state)
     for (int room = 0; room < 2; room++) {
         struct rig r;
         rig_begin(&r, 1);
-        const struct lum_light_desc sky = {
-            .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 120, .on = true, .camera_visible = true};
+        const struct lum_light_desc sky = {.kind = &lum_light_kind_environment,
+                                           .color = lum_grey(1),
+                                           .intensity = 120,
+                                           .on = true,
+                                           .camera_visible = true};
         if (room)
             rig_furnace(&r, 1.0, 0.0f, 120);
         else
@@ -131,7 +134,7 @@ static void lamps_are_at_their_pixel(void **state)
         double azimuth = (pixel[0] + 0.5 - 32) / 32 * PI, elevation = (16 - pixel[1] - 0.5) / 32 * PI;
         struct rig r;
         rig_begin(&r, 1);
-        const struct lum_light_desc ball = {.kind = LUM_LIGHT_SPHERE,
+        const struct lum_light_desc ball = {.kind = &lum_light_kind_sphere,
                                             .position = rig_v(3 * cos(elevation) * sin(azimuth), 1 + 3 * sin(elevation),
                                                               -3 * cos(elevation) * cos(azimuth)),
                                             .radius_m = 0.09,
@@ -233,7 +236,7 @@ static void an_even_sky_gives_pi_times_its_luminance(void **state)
     (void)state;
     static const struct lum_vec3 to[] = {{1, 0, 0}, {-1, 0, 0}, {0, 0, 1}, {0, 0, -1}, {0, 1, 0}, {0, -1, 0}};
     const struct lum_light_desc sky = {
-        .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 10, .on = true, .camera_visible = true};
+        .kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = 10, .on = true, .camera_visible = true};
     for (int lamp = 0; lamp < 2; lamp++) {
         struct rig r;
         struct lum_eye eye;

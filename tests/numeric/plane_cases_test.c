@@ -145,8 +145,11 @@ static void small_lamps_are_points(struct plane *p)
 static void closed_rooms_are_black(struct plane *p)
 {
     struct rig *r = &p->r;
-    struct lum_light_desc sky = {
-        .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 1e6, .on = true, .camera_visible = true};
+    struct lum_light_desc sky = {.kind = &lum_light_kind_environment,
+                                 .color = lum_grey(1),
+                                 .intensity = 1e6,
+                                 .on = true,
+                                 .camera_visible = true};
     rig_room(r);
     rig_light(r, "sky", &sky);
     for (int k = 0; k < 27; k++) {
@@ -201,7 +204,7 @@ static void sharp_gloss_gains_nothing(struct plane *p)
 {
     static const double alphas[] = {0, 1e-8, 1e-6, 1e-4, 0.000999, 0.001001, 0.01, 0.1, 1};
     struct lum_light_desc sky = {
-        .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 1, .on = true, .camera_visible = true};
+        .kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = 1, .on = true, .camera_visible = true};
     const bool paths = strcmp(p->method->name, "path") == 0 || strcmp(p->method->name, "live") == 0;
     lay_floor(p, 1, rig_v(0, 0, 0));
     rig_light(&p->r, "sky", &sky);

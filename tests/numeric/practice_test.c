@@ -148,7 +148,7 @@ static void point_source(void **state)
     struct rig r;
     rig_begin(&r, 1);
     wall(&r, "floor", rig_v(-4, 0, -4), rig_v(0, 0, 8), rig_v(8, 0, 0));
-    struct lum_light_desc lamp = {.kind = LUM_LIGHT_DISC,
+    struct lum_light_desc lamp = {.kind = &lum_light_kind_disc,
                                   .position = {0, 3, 0},
                                   .direction = {0, -1, 0},
                                   .radius_m = 0.01,
@@ -165,7 +165,7 @@ static void point_source(void **state)
     check_points(&r, "5.2", points, LUM_ARRAY_LEN(rows), 2);
     static const struct web_grid down = {LUM_WEB_C, 0, 0, 0, 90, 1, 19};
     struct lum_web *web = web_of(&down, web_cosine);
-    lamp.kind = LUM_LIGHT_IES;
+    lamp.kind = &lum_light_kind_ies;
     lamp.web = web;
     lamp.u = rig_v(1, 0, 0);
     lamp.intensity = 1000;
@@ -213,7 +213,7 @@ static void area_source(void **state)
     /* the same of a lamp whose web is Lambert's, over an opening of that size: 1000 cd / 1 m2 */
     static const struct web_grid down = {LUM_WEB_C, 0, 0, 0, 90, 1, 91};
     struct lum_web *web = web_of(&down, web_cosine);
-    struct lum_light_desc opening = {.kind = LUM_LIGHT_IES,
+    struct lum_light_desc opening = {.kind = &lum_light_kind_ies,
                                      .position = {2, 3, 2},
                                      .direction = {0, -1, 0},
                                      .u = {1, 0, 0},
@@ -255,8 +255,11 @@ static void diffuse_reflection(void **state)
         if (k >= N_WALL)
             wall(&r, id, rig_v(p.x - 0.025, 3, p.z - 0.025), rig_v(0.05, 0, 0), rig_v(0, 0, 0.05));
     }
-    struct lum_light_desc sun = {
-        .kind = LUM_LIGHT_DIRECTIONAL, .direction = {0, -1, 0}, .color = lum_grey(1), .intensity = 1000, .on = true};
+    struct lum_light_desc sun = {.kind = &lum_light_kind_directional,
+                                 .direction = {0, -1, 0},
+                                 .color = lum_grey(1),
+                                 .intensity = 1000,
+                                 .on = true};
     rig_light(&r, "sun", &sun);
     rig_commit(&r);
     r.settings.max_depth = 2; /* the sun, the floor, the wall */
@@ -331,16 +334,16 @@ static void flux_arrives(void **state)
     (void)state;
     struct lum_web *web = web_of_a_lamp();
     const struct lum_light_desc lamps[] = {
-        {.kind = LUM_LIGHT_IES, .direction = {0.3, -1, 0.2}, .u = {0, 0, 1}, .web = web, .intensity = 900},
-        {.kind = LUM_LIGHT_POINT, .intensity = 1000 / (4 * PI)},
-        {.kind = LUM_LIGHT_SPOT,
+        {.kind = &lum_light_kind_ies, .direction = {0.3, -1, 0.2}, .u = {0, 0, 1}, .web = web, .intensity = 900},
+        {.kind = &lum_light_kind_point, .intensity = 1000 / (4 * PI)},
+        {.kind = &lum_light_kind_spot,
          .direction = {0.2, -1, 0.1},
          .inner_cone_rad = 0.5,
          .outer_cone_rad = 1.2,
          .intensity = 500},
-        {.kind = LUM_LIGHT_QUAD, .u = {0.5, 0.1, 0}, .v = {0, 0.1, 0.6}, .intensity = 1000},
-        {.kind = LUM_LIGHT_DISC, .direction = {1, -1, 0}, .radius_m = 0.3, .intensity = 1000},
-        {.kind = LUM_LIGHT_SPHERE, .radius_m = 0.1, .intensity = 4000},
+        {.kind = &lum_light_kind_quad, .u = {0.5, 0.1, 0}, .v = {0, 0.1, 0.6}, .intensity = 1000},
+        {.kind = &lum_light_kind_disc, .direction = {1, -1, 0}, .radius_m = 0.3, .intensity = 1000},
+        {.kind = &lum_light_kind_sphere, .radius_m = 0.1, .intensity = 4000},
     };
     struct rig r;
     rig_begin(&r, 1);

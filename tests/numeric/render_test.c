@@ -155,14 +155,14 @@ static void methods_agree_on_direct_light(void **state)
     rig_room(&r);
     struct lum_light_desc lamp = rig_quad(rig_v(0, 2.9, 0), rig_v(0.8, 0, 0), rig_v(0, 0, 0.8), 300);
     struct lum_light_desc bulb = rig_point(rig_v(-1, 2, 0.5), 60);
-    struct lum_light_desc ball = {.kind = LUM_LIGHT_SPHERE,
+    struct lum_light_desc ball = {.kind = &lum_light_kind_sphere,
                                   .position = {1.2, 1.8, 0.3},
                                   .radius_m = 0.2,
                                   .color = lum_grey(1),
                                   .intensity = 200,
                                   .on = true,
                                   .camera_visible = true};
-    struct lum_light_desc disc = {.kind = LUM_LIGHT_DISC,
+    struct lum_light_desc disc = {.kind = &lum_light_kind_disc,
                                   .position = {-1.9, 1.5, 0},
                                   .direction = {1, 0, 0},
                                   .radius_m = 0.3,

@@ -337,7 +337,8 @@ static void one_lamp_glares_as_the_formula_says(void **state)
     const double a = 0.2, d = 3.0, up = 20 * PI / 180, l = 5000, sky = 30;
     struct lum_light_desc lamp = rig_quad(rig_v(0, d * sin(up), -d * cos(up)), rig_v(2 * a, 0, 0),
                                           rig_v(0, 2 * a * cos(up), 2 * a * sin(up)), l);
-    struct lum_light_desc env = {.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = sky, .on = true};
+    struct lum_light_desc env = {
+        .kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = sky, .on = true};
     struct lum_light_desc bulb = rig_point(rig_v(1, 1, -3), 50);
     rig_light(&r, "lamp", &lamp);
     rig_light(&r, "sky", &env);
@@ -371,7 +372,8 @@ static void eyes_are_glared_as_observers_are(void **state)
     rig_square(&r, "crumb", 0.01);
     rig_diffuse_object(&r, "crumb", "grey", 0.0f, rig_v(0, -20, 0));
     struct lum_light_desc lamp = rig_quad(rig_v(0, 1, -3), rig_v(0.4, 0, 0), rig_v(0, 0.4, 0), 5000);
-    struct lum_light_desc env = {.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 30, .on = true};
+    struct lum_light_desc env = {
+        .kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = 30, .on = true};
     rig_light(&r, "lamp", &lamp);
     rig_light(&r, "sky", &env);
     rig_commit(&r);
@@ -428,7 +430,8 @@ static void eyes_have_room(void **state)
     rig_diffuse_object(&r, "cupboard", "grey", 0.5f, rig_v(0, 0, 0));
     rig_square(&r, "crumb", 0.01); /* a body is smaller than the scene */
     rig_diffuse_object(&r, "crumb", "black", 0.0f, rig_v(9, -9, 9));
-    struct lum_light_desc env = {.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 30, .on = true};
+    struct lum_light_desc env = {
+        .kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = 30, .on = true};
     rig_light(&r, "sky", &env);
     rig_commit(&r);
     const struct lum_sensor_desc row = {.kind = LUM_SENSOR_LINE,
@@ -570,7 +573,8 @@ static void fog_dims_the_background(void **state)
     rig_begin(&r, 1);
     rig_square(&r, "crumb", 0.01);
     rig_diffuse_object(&r, "crumb", "grey", 0.0f, rig_v(0, -20, 0));
-    struct lum_light_desc env = {.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 100, .on = true};
+    struct lum_light_desc env = {
+        .kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = 100, .on = true};
     rig_light(&r, "sky", &env);
     const struct lum_medium_desc fog = {.sigma_a = lum_grey(1), .lo = {-1, -1, -1}, .hi = {1, 1, 1}};
     RIG_OK(lum_scene_put_medium(r.scene, "fog", &fog, &err));

@@ -28,16 +28,16 @@ static void put_lamp(struct rig *r, struct dice *d, const char *id)
                                        rig_v(between(d, 0.3, 1.2), 0, 0), rig_v(0, 0, between(d, 0.3, 0.8)), 100);
     uint32_t kind = roll(d, 7);
     if (kind == 1) {
-        l.kind = LUM_LIGHT_SPHERE;
+        l.kind = &lum_light_kind_sphere;
         l.radius_m = between(d, 0.05, 0.3);
     } else if (kind == 2) {
-        l.kind = LUM_LIGHT_DISC;
+        l.kind = &lum_light_kind_disc;
         l.radius_m = between(d, 0.1, 0.5);
         l.direction = rig_v(0, -1, 0.2);
     } else if (kind == 3) {
         l = rig_point(rig_v(between(d, -1, 1), between(d, 1.6, 2.8), between(d, -1, 1)), 100);
     } else if (kind >= 4) {
-        l = (struct lum_light_desc){.kind = LUM_LIGHT_DIRECTIONAL,
+        l = (struct lum_light_desc){.kind = &lum_light_kind_directional,
                                     .direction = rig_v(between(d, -1, 1), -1, between(d, -1, 1)),
                                     .diameter_rad = kind == 4 ? 0.0 : between(d, 0.01, 0.2),
                                     .color = lum_grey(1),
@@ -51,7 +51,7 @@ static void put_lamp(struct rig *r, struct dice *d, const char *id)
 static void put_sky(struct rig *r, struct dice *d)
 {
     static const char *const images[] = {"even", "sun", NULL};
-    struct lum_light_desc l = {.kind = LUM_LIGHT_ENVIRONMENT,
+    struct lum_light_desc l = {.kind = &lum_light_kind_environment,
                                .color = lum_grey(1),
                                .intensity = between(d, 1, 30),
                                .image = images[roll(d, 3)],

@@ -40,8 +40,11 @@ static void white_sheet_under_an_even_sky(void **state)
     const struct lum_method *methods = lum_methods(&n);
     rig_begin(&r, 0);
     struct lum_material_desc half = sheet(0.5f, 0.5f);
-    struct lum_light_desc sky = {
-        .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 0.5, .on = true, .camera_visible = true};
+    struct lum_light_desc sky = {.kind = &lum_light_kind_environment,
+                                 .color = lum_grey(1),
+                                 .intensity = 0.5,
+                                 .on = true,
+                                 .camera_visible = true};
     rig_material(&r, "sheet", &half);
     rig_square(&r, "square", 0.5);
     rig_square(&r, "small", 0.1);
@@ -135,7 +138,7 @@ static void rough_glass_and_sheet_in_one(void **state)
     rig_object(&r, "square", "square", "frosted", rig_v(0, 0, 0));
     rig_camera(&r, rig_v(0, 0.5, 0), rig_v(0, 0, 0), 1);
     rig_light(&r, "panel",
-              &(struct lum_light_desc){.kind = LUM_LIGHT_QUAD,
+              &(struct lum_light_desc){.kind = &lum_light_kind_quad,
                                        .position = {0.3, -0.7, 0},
                                        .u = {1, 0, 0},
                                        .v = {0, 0, -1},
@@ -284,7 +287,7 @@ static void texture_of_a_curtain_stays_sharp(void **state)
     rig_object(&r, "floor", "square", "floor", rig_v(0, -1, 0));
     put_striped(&r);
     rig_light(&r, "spot",
-              &(struct lum_light_desc){.kind = LUM_LIGHT_SPOT,
+              &(struct lum_light_desc){.kind = &lum_light_kind_spot,
                                        .position = {0, -0.1, 0},
                                        .direction = {0, -1, 0},
                                        .inner_cone_rad = 1.0,

@@ -18,8 +18,11 @@ struct bed {
 
 static struct lum_light_desc sky_of(double cd_m2)
 {
-    return (struct lum_light_desc){
-        .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = cd_m2, .on = true, .camera_visible = true};
+    return (struct lum_light_desc){.kind = &lum_light_kind_environment,
+                                   .color = lum_grey(1),
+                                   .intensity = cd_m2,
+                                   .on = true,
+                                   .camera_visible = true};
 }
 
 static void bed_begin(struct bed *b)
@@ -230,7 +233,7 @@ static void room_begin(struct bed *b)
 /* Irradiance of the sky in the window, which is a Lambertian rectangle of its luminance. */
 static double window_lx(const struct rig *r, struct lum_vec3 p, struct lum_vec3 n)
 {
-    struct lum_light window = {.kind = LUM_EMIT_QUAD, .power = lum_grey(1.0f), .n = {0, 0, 1}};
+    struct lum_light window = {.kind = &lum_emitter_quad, .power = lum_grey(1.0f), .n = {0, 0, 1}};
     float s = (float)r->snapshot->norm.scale;
     window.p = rig_to_scene(r, 0, 1.6, -4);
     window.u = lum_v3(0.8f * s, 0, 0);

@@ -48,9 +48,9 @@ static void fuzzed_rays_are_counted_not_traced(void **state)
     put_object(f->scene, "big", "ball", "white", scaled_at(50, 0, 0, 0));
     put_object(f->scene, "tiny", "ball", "white", scaled_at(1e-7, 1, 0, 0));
     put_object(f->scene, "flat", "ball", "white", (struct lum_affined){{{1, 0, 0, 0}, {0, 1e-7, 0, 0}, {0, 0, 1, 0}}});
-    struct lum_light_desc light = light_desc(LUM_LIGHT_SPHERE);
+    struct lum_light_desc light = light_desc(&lum_light_kind_sphere);
     put_light(f->scene, "sphere", &light);
-    light.kind = LUM_LIGHT_DISC;
+    light.kind = &lum_light_kind_disc;
     put_light(f->scene, "disc", &light);
     const struct lum_snapshot *s = commit(f);
     assert_int_equal(s->n_instances, 3);

@@ -32,7 +32,8 @@ static const struct lum_snapshot *make_scene(struct fixture *f)
     put_object(f->scene, "knot", "knot", "white", scaled_at(2.0, 1, 1, 0));
     put_object(f->scene, "ball", "ball", "white", scaled_at(1.0, -1, 0.5, 1));
     put_object(f->scene, "leaf", "ball", "leaf", scaled_at(1.5, 0, 1.5, -1));
-    const enum lum_light_kind kinds[] = {LUM_LIGHT_QUAD, LUM_LIGHT_DISC, LUM_LIGHT_SPHERE};
+    const struct lum_light_kind_row *const kinds[] = {&lum_light_kind_quad, &lum_light_kind_disc,
+                                                      &lum_light_kind_sphere};
     const char *const ids[] = {"a-quad", "b-disc", "c-sphere"};
     for (int i = 0; i < 3; i++) {
         struct lum_light_desc l = light_desc(kinds[i]);

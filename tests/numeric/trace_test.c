@@ -410,12 +410,12 @@ static void refit_equals_rebuild(void **state)
 static void emitter_shapes_are_where_they_should_be(void **state)
 {
     struct fixture *f = *state;
-    struct lum_light_desc l = light_desc(LUM_LIGHT_QUAD); /* 1 x 1 at (0, 2, 0), u x v = -y */
+    struct lum_light_desc l = light_desc(&lum_light_kind_quad); /* 1 x 1 at (0, 2, 0), u x v = -y */
     put_light(f->scene, "a-quad", &l);
-    l = light_desc(LUM_LIGHT_DISC);
+    l = light_desc(&lum_light_kind_disc);
     l.position.x = 3;
     put_light(f->scene, "b-disc", &l);
-    l = light_desc(LUM_LIGHT_SPHERE);
+    l = light_desc(&lum_light_kind_sphere);
     l.position.x = -3;
     l.camera_visible = false;
     put_light(f->scene, "c-sphere", &l);

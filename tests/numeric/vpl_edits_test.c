@@ -246,10 +246,10 @@ static void open_room(struct rig *r)
     put(r, "right", "side", 0.6f, rig_v(2.1, 1.5, 0));
     put(r, "back", "back", 0.6f, rig_v(0, 1.5, -2.1));
     put(r, "front", "front", 0.6f, rig_v(0, 0.4, 2.1));
-    struct lum_light_desc lamp = rig_point(rig_v(0, 2.5, 0), 100), sky = light_of_kind(LUM_LIGHT_ENVIRONMENT);
+    struct lum_light_desc lamp = rig_point(rig_v(0, 2.5, 0), 100), sky = light_of_kind(&lum_light_kind_environment);
     rig_light(r, "lamp", &lamp);
     rig_light(r, "sky", &sky);
-    struct lum_light_desc sun = light_of_kind(LUM_LIGHT_DIRECTIONAL), spot = light_of_kind(LUM_LIGHT_SPOT),
+    struct lum_light_desc sun = light_of_kind(&lum_light_kind_directional), spot = light_of_kind(&lum_light_kind_spot),
                           panel = rig_quad(rig_v(1, 2.8, 0), rig_v(0.3, 0, 0), rig_v(0, 0, 0.2), 50);
     sun.diameter_rad = 0.2;
     spot.position = (struct lum_vec3d){0, 6, 40}, spot.direction = (struct lum_vec3d){0, -0.1, -1};
@@ -272,7 +272,7 @@ static void edit_something(struct rig *r, uint32_t step)
         struct lum_light_desc lamp = rig_point(rig_v(0.5 * x, 2.5, 0), 100);
         rig_light(r, "lamp", &lamp);
     } else if (h % 7 == 3) {
-        struct lum_light_desc sun = light_of_kind(LUM_LIGHT_DIRECTIONAL);
+        struct lum_light_desc sun = light_of_kind(&lum_light_kind_directional);
         sun.diameter_rad = 0.2;
         sun.direction.x += 0.1 * x;
         rig_light(r, "sun", &sun);
@@ -328,8 +328,9 @@ static void known_rays_change_nothing(void **state)
 static void nothing_comes_of_nothing(void **state)
 {
     (void)state;
-    struct lum_light_desc l = rig_point(rig_v(0, 0.5, 0), 100), dark = l, sky = light_of_kind(LUM_LIGHT_ENVIRONMENT),
-                          sun = light_of_kind(LUM_LIGHT_DIRECTIONAL);
+    struct lum_light_desc l = rig_point(rig_v(0, 0.5, 0), 100), dark = l,
+                          sky = light_of_kind(&lum_light_kind_environment),
+                          sun = light_of_kind(&lum_light_kind_directional);
     dark.intensity = 0;
     const struct {
         const char *what;

@@ -55,7 +55,7 @@ static double floor_by_the_wall(const char *method, uint32_t spp, uint32_t seed)
     rig_diffuse_object(&r, "floor", "floor", 0.5f, rig_v(0, 0, 0));
     rig_box(&r, "slab", 3, 2, 0.1);
     rig_object(&r, "slab", "slab", "wall", rig_v(0, 2, -3.1));
-    struct lum_light_desc sun = {.kind = LUM_LIGHT_DIRECTIONAL,
+    struct lum_light_desc sun = {.kind = &lum_light_kind_directional,
                                  .direction = {0, -4, -1},
                                  .color = lum_grey(1),
                                  .intensity = 10000.0,

@@ -4,6 +4,7 @@
 #include "tests/numeric/stats.h"
 #include "tests/support/vpls.h"
 #include "tests/support/webs.h"
+#include "server/world/light_kinds.h"
 
 /* Green flux of slots first .. first + n - 1. */
 static double flux_of_slots(const struct vpls *v, uint32_t first, uint32_t n)
@@ -211,8 +212,11 @@ static void form_factors_of_a_cube(void **state)
         lum_vpl_finish(&v.set);
     }
     /* The sun straight above lights the floor evenly. The room around it need not be there to be lit. */
-    struct lum_light_desc sun = {
-        .kind = LUM_LIGHT_DIRECTIONAL, .direction = {0, -1, 0}, .color = lum_grey(1), .intensity = 100, .on = true};
+    struct lum_light_desc sun = {.kind = &lum_light_kind_directional,
+                                 .direction = {0, -1, 0},
+                                 .color = lum_grey(1),
+                                 .intensity = 100,
+                                 .on = true};
     RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_LIGHT, "lamp", &err)); /* its shape would keep the sun off */
     rig_light(&r, "sun", &sun);
     rig_commit(&r);
@@ -318,29 +322,31 @@ static void court(struct rig *r, float albedo)
     rig_object(r, "crate", "crate", "red", rig_v(0.3, 0.31, -0.2));
 }
 
-/* All kinds of light (enum lum_light_kind), an image of a sky, a mesh, and three of the kinds in fog. */
+/* All kinds of light (server/world/light_kinds.h), an image of a sky, a mesh, and three of the kinds in fog. */
 enum { IMAGE = LUM_LIGHT_KIND_COUNT, MESH, IN_FOG, N_LIGHTS = IN_FOG + 3 };
-static const enum lum_light_kind in_fog[] = {LUM_LIGHT_POINT, LUM_LIGHT_DIRECTIONAL, LUM_LIGHT_ENVIRONMENT};
+static const struct lum_light_kind_row *const in_fog[] = {&lum_light_kind_point, &lum_light_kind_directional,
+                                                          &lum_light_kind_environment};
 
 static const char *name_of(size_t kind)
 {
     if (kind < IMAGE)
-        return lum_light_kind_names[kind];
+        return lum_light_kinds[kind].name;
     return kind == IMAGE ? "image" : kind == MESH ? "mesh" : "in fog";
 }
 
 static void court_with_light(struct rig *r, size_t kind, bool white)
 {
     static const float sky_pixels[3 * 4] = {0, 0, 0, 4, 4, 1, 0.5f, 0.5f, 2, 1, 0, 0};
+    const struct lum_light_kind_row *row = kind < IMAGE ? lum_light_kinds[kind].row : &lum_light_kind_environment;
     rig_begin(r, 2);
     court(r, white ? 0.6f : 0.0f);
     if (kind >= IN_FOG) { /* a haze that absorbs, box and all around */
         struct lum_medium_desc fog = {.sigma_a = {0.5f, 1.0f, 2.0f}, .lo = {-2, 0.5, -2}, .hi = {2, 2.5, 2}};
         RIG_OK(lum_scene_put_medium(r->scene, "fog", &fog, &err));
-        kind = in_fog[kind - IN_FOG];
+        row = in_fog[kind - IN_FOG];
     }
     if (kind != MESH) {
-        struct lum_light_desc l = light_of_kind(kind < IMAGE ? (enum lum_light_kind)kind : LUM_LIGHT_ENVIRONMENT);
+        struct lum_light_desc l = light_of_kind(row);
         struct lum_image_desc sky = {LUM_TEXEL_RGB32F, 2, 2, sky_pixels};
         RIG_OK(lum_scene_put_image(r->scene, "sky", &sky, &err));
         struct lum_web *web = web_of_a_lamp();
@@ -438,7 +444,7 @@ static void sunny_hall(struct rig *r)
         rig_object(r, k < 0 ? "roof left" : "roof right", "side", "white", rig_v(1.125 * k, 3.0, 0));
         rig_object(r, k < 0 ? "roof back" : "roof front", "rest", "white", rig_v(0, 3.0, 1.125 * k));
     }
-    struct lum_light_desc sun = light_of_kind(LUM_LIGHT_DIRECTIONAL);
+    struct lum_light_desc sun = light_of_kind(&lum_light_kind_directional);
     sun.direction = rig_v(0, -1, 0);
     rig_light(r, "sun", &sun);
     rig_commit(r);

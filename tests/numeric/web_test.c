@@ -104,7 +104,7 @@ static void directions_follow_the_web(void **state)
 /* The lamp aims down -y, its length lies along +x: c90 is -z. */
 static struct lum_light lamp_with(const struct lum_web *web)
 {
-    struct lum_light l = {.kind = LUM_EMIT_POINT, .falloff = &lum_falloff_web, .web = web, .n = {0, -1, 0}};
+    struct lum_light l = {.kind = &lum_emitter_point, .falloff = &lum_falloff_web, .web = web, .n = {0, -1, 0}};
     l.frame = lum_web_frame(web->type, l.n, lum_v3(1, 0, 0));
     return l;
 }
@@ -204,7 +204,7 @@ static void one_beam_in_all_types(void **state)
 
 static struct lum_light_desc lamp(const struct lum_web *web)
 {
-    return (struct lum_light_desc){.kind = LUM_LIGHT_IES,
+    return (struct lum_light_desc){.kind = &lum_light_kind_ies,
                                    .position = {0.2, 2.2, 0.1},
                                    .direction = {0, -1, 0},
                                    .u = {1, 0, 0},
@@ -264,7 +264,7 @@ static void an_even_web_is_a_point(void **state)
         if (m % 2)
             RIG_OK(lum_scene_put_medium(r.scene, "fog", &fog, &err));
         struct lum_light_desc with = lamp(w), point = with;
-        point.kind = LUM_LIGHT_POINT;
+        point.kind = &lum_light_kind_point;
         struct mean a = render(&r, &point), b = render(&r, &with);
         check_same(methods[m / 2], a, b);
         rig_end(&r);
@@ -352,7 +352,7 @@ static void lamberts_web_is_a_lambertian_area(void **state)
         with.opening_m[0] = disc ? 0.3 : 0.5;
         with.opening_m[1] = 0.3;
         with.camera_visible = plain.camera_visible = true;
-        plain.kind = disc ? LUM_LIGHT_DISC : LUM_LIGHT_QUAD;
+        plain.kind = disc ? &lum_light_kind_disc : &lum_light_kind_quad;
         plain.u = rig_v(0.5, 0, 0); /* u x v points down */
         plain.v = rig_v(0, 0, 0.3);
         plain.radius_m = 0.15;
@@ -459,7 +459,8 @@ static void broken_webs_are_refused(void **state)
     struct rig r;
     rig_begin(&r, 1);
     struct lum_error err = {0};
-    struct lum_light_desc l = {.kind = LUM_LIGHT_IES, .direction = {0, -1, 0}, .u = {1, 0, 0}, .color = lum_grey(1)};
+    struct lum_light_desc l = {
+        .kind = &lum_light_kind_ies, .direction = {0, -1, 0}, .u = {1, 0, 0}, .color = lum_grey(1)};
     assert_int_equal(lum_scene_put_light(r.scene, "lamp", &l, &err), LUM_ERR_INVALID);
     assert_string_equal(err.field, "web");
     rig_end(&r);

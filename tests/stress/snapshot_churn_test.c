@@ -122,7 +122,7 @@ static void edit(struct lum_scene *scene, uint64_t rev)
 {
     put_sheet(scene, height_at(rev));
     put_object(scene, "mover", "ball", "glow", at(3.0, 0.1 * (double)(rev % 20), 0));
-    struct lum_light_desc light = light_desc(LUM_LIGHT_QUAD);
+    struct lum_light_desc light = light_desc(&lum_light_kind_quad);
     light.position = (struct lum_vec3d){0, 3.0, 0};
     light.intensity = 10.0 + (double)(rev % 7);
     put_light(scene, "key", &light);

@@ -35,7 +35,7 @@ static inline void effects_room_lights(struct rig *r, const struct effects_room 
     rig_light(r, "panel", &panel);
     if (sky == STRENGTH_ABSENT)
         return;
-    struct lum_light_desc env = {.kind = LUM_LIGHT_ENVIRONMENT,
+    struct lum_light_desc env = {.kind = &lum_light_kind_environment,
                                  .color = lum_grey(1),
                                  .intensity = sky == STRENGTH_ZERO ? 0.0 : 3.0,
                                  .on = true,

@@ -14,7 +14,7 @@ struct lum_snapshot snapshot_of(const struct lum_light *l)
     return (struct lum_snapshot){.lights = {.lights = l, .n_lights = 1, .environment = LUM_NO_OBJECT}};
 }
 
-struct lum_light light(enum lum_emitter kind)
+struct lum_light light(const struct lum_emitter_row *kind)
 {
     return (struct lum_light){
         .kind = kind, .falloff = &lum_falloff_even, .power = {1.0f, 1.0f, 1.0f}, .on = true, .n = {0.0f, 0.0f, -1.0f}};
@@ -22,14 +22,14 @@ struct lum_light light(enum lum_emitter kind)
 
 struct lum_light spot(void)
 {
-    struct lum_light l = light(LUM_EMIT_POINT);
+    struct lum_light l = light(&lum_emitter_point);
     l.falloff = &lum_falloff_spot;
     return l;
 }
 
 struct lum_light quad(struct lum_vec3 centre, struct lum_vec3 u, struct lum_vec3 v)
 {
-    struct lum_light l = light(LUM_EMIT_QUAD);
+    struct lum_light l = light(&lum_emitter_quad);
     struct lum_vec3 n = lum_cross(u, v);
     l.p = centre, l.u = u, l.v = v, l.n = lum_normalize(n), l.area = 4.0f * lum_length(n);
     return l;
@@ -37,14 +37,14 @@ struct lum_light quad(struct lum_vec3 centre, struct lum_vec3 u, struct lum_vec3
 
 struct lum_light disc(struct lum_vec3 centre, struct lum_vec3 n, float radius)
 {
-    struct lum_light l = light(LUM_EMIT_DISC);
+    struct lum_light l = light(&lum_emitter_disc);
     l.p = centre, l.n = n, l.radius = radius, l.area = LUM_PI * radius * radius;
     return l;
 }
 
 struct lum_light sphere(struct lum_vec3 centre, float radius)
 {
-    struct lum_light l = light(LUM_EMIT_SPHERE);
+    struct lum_light l = light(&lum_emitter_sphere);
     l.p = centre, l.radius = radius, l.area = 4.0f * LUM_PI * radius * radius;
     return l;
 }
@@ -71,7 +71,7 @@ void mesh_light_init(struct mesh_light *m)
     m->mesh.positions = m->positions, m->mesh.indices = m->indices, m->mesh.n_vertices = 5, m->mesh.n_triangles = 3;
     m->instance =
         (struct lum_instance){.mesh = &m->mesh, .local_to_scene = {{{2, 0, 0, 1}, {0, 1, 0, 0}, {0, 0, 1, 3}}}};
-    m->light = light(LUM_EMIT_MESH);
+    m->light = light(&lum_emitter_mesh);
     m->light.both_sides = true, m->light.mean_emission = 1.0f;
     for (uint32_t t = 0; t < 3; t++)
         m->tri_cdf[t] = m->light.area += t == 1 ? 0.0f : 0.5f * lum_length(mesh_normal(m, t));

@@ -16,7 +16,7 @@
 struct lum_vec3 direction(double cos_theta, double phi);
 /* One light in an otherwise empty snapshot. */
 struct lum_snapshot snapshot_of(const struct lum_light *l);
-struct lum_light light(enum lum_emitter kind); /* LUM_EMIT_POINT: an even one */
+struct lum_light light(const struct lum_emitter_row *kind); /* &lum_emitter_point: an even one */
 struct lum_light spot(void);
 struct lum_light quad(struct lum_vec3 centre, struct lum_vec3 u, struct lum_vec3 v);
 struct lum_light disc(struct lum_vec3 centre, struct lum_vec3 n, float radius);

@@ -24,7 +24,7 @@ void lit_room(struct rig *r, uint32_t threads)
     rig_object(r, "glass", "cube", "glass", rig_v(-0.6, 0.3, 0.2));
     rig_object(r, "mirror", "cube", "mirror", rig_v(0.4, 1.35, -0.3));
     rig_object(r, "glow", "cube", "glow", rig_v(-1.2, 0.4, -1.2));
-    struct lum_light_desc sky = {.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 5, .on = true};
+    struct lum_light_desc sky = {.kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = 5, .on = true};
     rig_light(r, "sky", &sky);
     rig_commit(r);
     r->settings.shadow_samples = 4;

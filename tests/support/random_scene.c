@@ -4,6 +4,7 @@
 
 #include "core/scene/shapes.h"
 #include "tests/support/webs.h"
+#include "server/world/light_kinds.h"
 
 /* ---- picks ---- */
 
@@ -171,7 +172,7 @@ static void put_lamp(struct rig *r, const char *id, const struct random_item *it
     static const double amounts[] = {100, 1e9, 1e-3, 1e5, 0};
     static const double sizes[] = {0.2, 1e-5, 3};
     double size = PICK(item, 3, sizes) * scale;
-    struct lum_light_desc d = {.kind = (enum lum_light_kind)pick(item, 0, LUM_LIGHT_KIND_COUNT),
+    struct lum_light_desc d = {.kind = lum_light_kinds[pick(item, 0, LUM_LIGHT_KIND_COUNT)].row,
                                .position = times(PICK(item, 1, places), scale),
                                .direction = {0.1, -1, 0.2},
                                .u = {size, 0, 0},
@@ -188,14 +189,14 @@ static void put_lamp(struct rig *r, const char *id, const struct random_item *it
                                .intensity = PICK(item, 2, amounts),
                                .on = true,
                                .camera_visible = pick(item, 6, 2) == 0};
-    if (d.kind == LUM_LIGHT_ENVIRONMENT && pick(item, 7, 2))
+    if (d.kind == &lum_light_kind_environment && pick(item, 7, 2))
         d.image = "wild";
-    if (d.kind == LUM_LIGHT_ENVIRONMENT || d.kind == LUM_LIGHT_SKY)
+    if (d.kind == &lum_light_kind_environment || d.kind == &lum_light_kind_sky)
         d.intensity = fmin(d.intensity, 1e6);
     d.intensity *= light;
-    if (d.kind == LUM_LIGHT_POINT || d.kind == LUM_LIGHT_SPOT || d.kind == LUM_LIGHT_IES)
+    if (d.kind == &lum_light_kind_point || d.kind == &lum_light_kind_spot || d.kind == &lum_light_kind_ies)
         d.intensity *= scale * scale;
-    struct lum_web *web = d.kind == LUM_LIGHT_IES ? web_of_a_lamp() : NULL;
+    struct lum_web *web = d.kind == &lum_light_kind_ies ? web_of_a_lamp() : NULL;
     d.web = web;
     rig_light(r, id, &d);
     lum_web_unref(web);

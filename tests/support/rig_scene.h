@@ -90,12 +90,12 @@ static inline void rig_box(struct rig *r, const char *id, double hx, double hy, 
 static inline struct lum_light_desc rig_point(struct lum_vec3d at, double cd)
 {
     return (struct lum_light_desc){
-        .kind = LUM_LIGHT_POINT, .position = at, .color = lum_grey(1), .intensity = cd, .on = true};
+        .kind = &lum_light_kind_point, .position = at, .color = lum_grey(1), .intensity = cd, .on = true};
 }
 
 static inline struct lum_light_desc rig_quad(struct lum_vec3d at, struct lum_vec3d u, struct lum_vec3d v, double cd_m2)
 {
-    return (struct lum_light_desc){.kind = LUM_LIGHT_QUAD,
+    return (struct lum_light_desc){.kind = &lum_light_kind_quad,
                                    .position = at,
                                    .u = u,
                                    .v = v,

@@ -71,7 +71,7 @@ void put_object(struct lum_scene *scene, const char *id, const char *mesh, const
     CHECK_OK(lum_scene_put_object(scene, id, &desc, err));
 }
 
-struct lum_light_desc light_desc(enum lum_light_kind kind)
+struct lum_light_desc light_desc(const struct lum_light_kind_row *kind)
 {
     return (struct lum_light_desc){
         .kind = kind,
@@ -111,9 +111,9 @@ void furnish(struct lum_scene *scene)
     put_object(scene, "a", "ball", "white", at(0, 0, 0));
     put_object(scene, "b", "box", "white", at(3, 0, 0));
     put_object(scene, "lamp", "ball", "glow", scaled_at(0.5, 0, 3, 0));
-    struct lum_light_desc l = light_desc(LUM_LIGHT_QUAD);
+    struct lum_light_desc l = light_desc(&lum_light_kind_quad);
     put_light(scene, "key", &l);
-    l = light_desc(LUM_LIGHT_POINT);
+    l = light_desc(&lum_light_kind_point);
     put_light(scene, "fill", &l);
     struct lum_camera camera = {{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 45, false};
     CHECK_OK(lum_scene_put_camera(scene, "main", &camera, err));

@@ -36,7 +36,7 @@ void put_shape(struct lum_scene *scene, const char *id, const char *shape, uint3
 void put_material(struct lum_scene *scene, const char *id); /* white diffuse */
 void put_emissive(struct lum_scene *scene, const char *id, double cd_m2);
 void put_object(struct lum_scene *scene, const char *id, const char *mesh, const char *material, struct lum_affined m);
-struct lum_light_desc light_desc(enum lum_light_kind kind); /* valid for every kind */
+struct lum_light_desc light_desc(const struct lum_light_kind_row *kind); /* valid for every kind */
 void put_light(struct lum_scene *scene, const char *id, const struct lum_light_desc *light);
 /* A box of 2 m. */
 void put_fog(struct lum_scene *scene, const char *id, float sigma_s);

@@ -56,7 +56,7 @@ void vpls_add_point(struct lum_gather_points *pts, struct lum_vec3 p, struct lum
     pts->n[i] = pts->ng[i] = n;
 }
 
-struct lum_light_desc light_of_kind(enum lum_light_kind kind)
+struct lum_light_desc light_of_kind(const struct lum_light_kind_row *kind)
 {
     return (struct lum_light_desc){.kind = kind,
                                    .position = {-0.4, 1.7, 0.3},

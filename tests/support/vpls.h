@@ -23,6 +23,6 @@ uint64_t vpls_gather(const struct rig *r, const struct lum_vpl_set *set, struct 
 
 static const struct lum_bound no_bound = {LUM_BOUND_NONE, 0.0f};
 void vpls_add_point(struct lum_gather_points *pts, struct lum_vec3 p, struct lum_vec3 n);
-struct lum_light_desc light_of_kind(enum lum_light_kind kind);
+struct lum_light_desc light_of_kind(const struct lum_light_kind_row *kind);
 
 #endif

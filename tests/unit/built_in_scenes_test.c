@@ -67,7 +67,7 @@ static char *ops_for_a_blazing_sky(const struct lum_world *world)
     at += (size_t)snprintf(text, size, "{\"lumend\":1,\"kind\":\"scene\"}\n");
     for (uint32_t i = 0; i < lights->n_lights; i++) {
         const char *id = lights->lights[i].id, *path = "on", *off = "false";
-        if (lights->lights[i].kind == LUM_EMIT_MESH) {
+        if (lights->lights[i].kind == &lum_emitter_mesh) {
             id = lum_document_find(world->doc, id)->object.material;
             path = "emission_cd_m2";
             off = "0";

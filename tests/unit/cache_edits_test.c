@@ -247,7 +247,7 @@ static void after_any_edits(const char *method, uint64_t seed)
         struct lum_pass_stats stats;
         if (lum_view_pass(r->view, r->snapshot, &r->settings, &cancel, &stats, NULL) != LUM_OK)
             continue;
-        bool media = stats.demand.on[LUM_EFFECT_MEDIA] && r->settings.method->serves[LUM_EFFECT_MEDIA];
+        bool media = stats.demand.on[LUM_EFFECT_MEDIA] && lum_method_serves(r->settings.method, LUM_EFFECT_MEDIA);
         struct lum_cache_key key = {.kind = r->settings.method->cache,
                                     .storage = r->settings.storage,
                                     .n_vpls = n_vpls_of(&r->settings),

@@ -195,7 +195,7 @@ static void lamps_without_power_call_for_nothing(void **state)
     rig_bulb(&r, "bulb", rig_v(0, 3, 0), 0);
     struct lum_light_desc panel = rig_quad(rig_v(0, 3, 0), rig_v(1, 0, 0), rig_v(0, 0, 1), 0);
     rig_light(&r, "panel", &panel);
-    struct lum_light_desc sky = {.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .on = true};
+    struct lum_light_desc sky = {.kind = &lum_light_kind_environment, .color = lum_grey(1), .on = true};
     rig_light(&r, "sky", &sky);
     struct lum_medium_desc fog = {.sigma_s = lum_grey(0.1f), .everywhere = true};
     RIG_OK(lum_scene_put_medium(r.scene, "fog", &fog, &err));

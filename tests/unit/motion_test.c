@@ -31,9 +31,9 @@ static void fill(struct lum_scene *scene)
     put_object(scene, "ball", "ball", "white", at(0, 1, 0));
     put_object(scene, "leaf", "box", "leaf", at(4, 1, 0));
     put_object(scene, "tent", "tent", "white", at(-4, 0, 0));
-    struct lum_light_desc l = light_desc(LUM_LIGHT_QUAD);
+    struct lum_light_desc l = light_desc(&lum_light_kind_quad);
     put_light(scene, "panel", &l);
-    l = light_desc(LUM_LIGHT_POINT);
+    l = light_desc(&lum_light_kind_point);
     put_light(scene, "bulb", &l);
 }
 
@@ -156,7 +156,7 @@ static void lights_count_by_their_shapes(void **state)
     struct fixture *f = *state;
     fill(f->scene);
     const struct lum_snapshot *s = commit(f);
-    struct lum_light_desc panel = light_desc(LUM_LIGHT_QUAD), bulb = light_desc(LUM_LIGHT_POINT);
+    struct lum_light_desc panel = light_desc(&lum_light_kind_quad), bulb = light_desc(&lum_light_kind_point);
     panel.intensity *= 0.5;
     panel.camera_visible = !panel.camera_visible;
     put_light(f->scene, "panel", &panel);
@@ -268,7 +268,7 @@ static void edit(struct fixture *f, struct random_stream *r)
             put_pose(f->scene, "tent", 0.5 + 2 * random_double(r));
         if (random_bits(r) % 8 == 0)
             put_leaf(f->scene, LUM_ALPHA_BLEND, 0.5f, 0.5f);
-        struct lum_light_desc panel = light_desc(LUM_LIGHT_QUAD);
+        struct lum_light_desc panel = light_desc(&lum_light_kind_quad);
         panel.position = (struct lum_vec3d){x, y + 1, z};
         if (random_bits(r) % 4 == 0)
             put_light(f->scene, "panel", &panel);

@@ -15,6 +15,7 @@
 
 #include "protocol/json/json.h"
 #include "protocol/message/rpc.h"
+#include "protocol/record/light_kinds.h"
 #include "server/director/read_request.h"
 #include "tests/unit/protocol_util.h"
 
@@ -105,7 +106,14 @@ static void put_doc(struct text *t, const struct lum_field *f)
 {
     for (const char *w = f->only; w && *w; w++)
         put(t, "%.*s", *w == '|' ? 2 : 1, *w == '|' ? ", " : w);
-    put(t, "%s%s", f->only && f->doc[0] ? ": " : "", f->doc);
+    bool first = true;
+#define PUT_IF_IT_HAS(kind, bits)                                                                                      \
+    if ((bits)&f->has) {                                                                                               \
+        put(t, first ? #kind : ", " #kind);                                                                            \
+        first = false;                                                                                                 \
+    }
+    LUM_LIGHT_KINDS(PUT_IF_IT_HAS)
+    put(t, "%s%s", (f->has || f->only) && f->doc[0] ? ": " : "", f->doc);
 }
 
 static char *table_of(const struct lum_fields *fields)

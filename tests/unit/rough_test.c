@@ -13,8 +13,11 @@ static void edges_are_those_of_the_full_picture(void **state)
     rig_square(&r, "bright", 0.7); /* no multiple of a block wide */
     rig_diffuse_object(&r, "dark", "grey", 0.1f, rig_v(0, 0, 0));
     rig_diffuse_object(&r, "bright", "white", 0.9f, rig_v(0.3, 1e-4, 0.2));
-    struct lum_light_desc sun = {
-        .kind = LUM_LIGHT_DIRECTIONAL, .direction = {1, -2, 1}, .color = lum_grey(1), .intensity = 5000.0, .on = true};
+    struct lum_light_desc sun = {.kind = &lum_light_kind_directional,
+                                 .direction = {1, -2, 1},
+                                 .color = lum_grey(1),
+                                 .intensity = 5000.0,
+                                 .on = true};
     rig_light(&r, "sun", &sun);
     rig_camera(&r, rig_v(0, 3, 0), rig_v(0, 0, 0), 60);
     rig_commit(&r);
@@ -168,8 +171,11 @@ static void every_method_can_be_rough(void **state)
 
 static void look_at_sunlit_floor(struct rig *r)
 {
-    struct lum_light_desc sun = {
-        .kind = LUM_LIGHT_DIRECTIONAL, .direction = {0, -1, 0}, .color = lum_grey(1), .intensity = 5000.0, .on = true};
+    struct lum_light_desc sun = {.kind = &lum_light_kind_directional,
+                                 .direction = {0, -1, 0},
+                                 .color = lum_grey(1),
+                                 .intensity = 5000.0,
+                                 .on = true};
     rig_light(r, "sun", &sun);
     rig_camera(r, rig_v(0, 3, 0), rig_v(0.9, 0, 0.4), 60);
     use_method(r, "live");
@@ -235,7 +241,7 @@ static void what_does_not_change_stays_sharp(void **state)
     look_at_sunlit_floor(&r);
     for (int shape = 0; shape <= 1; shape++) {
         struct lum_light_desc lamp = rig_point(rig_v(-2, 0.5, -2), 1e-3);
-        lamp.kind = shape ? LUM_LIGHT_SPHERE : lamp.kind;
+        lamp.kind = shape ? &lum_light_kind_sphere : lamp.kind;
         lamp.radius_m = 0.05;
         rig_light(&r, "lamp", &lamp);
         rig_commit(&r);
@@ -277,7 +283,7 @@ static void begin_rich_room(struct rig *r)
     for (int i = 0; i < 10; i++) {
         char id[16];
         struct lum_light_desc lamp = rig_point(rig_v(-1.5 + 0.3 * i, 2.6, -1.2), 2);
-        lamp.kind = LUM_LIGHT_SPHERE;
+        lamp.kind = &lum_light_kind_sphere;
         lamp.radius_m = 0.04;
         snprintf(id, sizeof id, "lamp-%d", i);
         rig_light(r, id, &lamp);
@@ -320,7 +326,7 @@ static void what_an_edit_leaves_is_as_it_was(void **state)
         struct rig r;
         begin_rich_room(&r);
         struct lum_light_desc lamp = rig_point(rig_v(1, 0.4, 1), 1e-6);
-        lamp.kind = LUM_LIGHT_SPHERE;
+        lamp.kind = &lum_light_kind_sphere;
         lamp.radius_m = 0.02;
         rig_light(&r, "mote", &lamp);
         rig_commit(&r);

@@ -55,7 +55,7 @@ static enum lum_status act_object(struct fixture *f)
 }
 static enum lum_status act_light(struct fixture *f)
 {
-    struct lum_light_desc d = light_desc(LUM_LIGHT_ENVIRONMENT);
+    struct lum_light_desc d = light_desc(&lum_light_kind_environment);
     d.image = "new";
     return lum_scene_put_light(f->scene, "new", &d, NULL);
 }

@@ -123,7 +123,7 @@ static void emissive_objects_are_lights(void **state)
     furnish(f->scene);
     const struct lum_snapshot *s = commit(f);
     const struct lum_light *lamp = &s->lights.lights[light_index(s, "lamp")];
-    assert_int_equal(lamp->kind, LUM_EMIT_MESH);
+    assert_int_equal(lamp->kind, &lum_emitter_mesh);
     assert_string_equal(s->instances[lamp->instance].id, "lamp");
     assert_int_equal(s->instances[lamp->instance].light, light_index(s, "lamp"));
     const struct lum_mesh *mesh = s->instances[lamp->instance].mesh;
@@ -183,7 +183,7 @@ static void no_power_overflows(void **state)
     put_shape(f->scene, "box", "box", 1, 1);
     put_material(f->scene, "white");
     put_object(f->scene, "mote", "box", "white", scaled_at(1e-10, 0, 0, 0));
-    struct lum_light_desc l = light_desc(LUM_LIGHT_POINT);
+    struct lum_light_desc l = light_desc(&lum_light_kind_point);
     l.position = (struct lum_vec3d){0, 0, 0};
     l.intensity = 1e12;
     l.color = lum_grey(100.0f);
@@ -200,8 +200,8 @@ static void lights_are_picked_half_by_flux(void **state)
 {
     struct fixture *f = *state;
     struct lum_error refusal;
-    const enum lum_light_kind kinds[] = {LUM_LIGHT_POINT, LUM_LIGHT_SPOT, LUM_LIGHT_QUAD, LUM_LIGHT_DISC,
-                                         LUM_LIGHT_SPHERE};
+    const struct lum_light_kind_row *const kinds[] = {&lum_light_kind_point, &lum_light_kind_spot, &lum_light_kind_quad,
+                                                      &lum_light_kind_disc, &lum_light_kind_sphere};
     for (uint32_t i = 0; i < LUM_ARRAY_LEN(kinds); i++) {
         char id[8];
         snprintf(id, sizeof id, "l%u", i);
@@ -210,7 +210,7 @@ static void lights_are_picked_half_by_flux(void **state)
         CHECK_OK(lum_light_from_flux(&l, 100.0 * (i + 1), &l.intensity, err));
         put_light(f->scene, id, &l);
     }
-    struct lum_light_desc off = light_desc(LUM_LIGHT_POINT);
+    struct lum_light_desc off = light_desc(&lum_light_kind_point);
     off.on = false;
     put_light(f->scene, "off", &off);
     const struct lum_snapshot *s = commit(f);
@@ -224,11 +224,11 @@ static void lights_are_picked_half_by_flux(void **state)
     }
     assert_true(before == 1.0f);
     assert_true(s->lights.pick_pdf[5] == 0.0f);
-    struct lum_light_desc sun = light_desc(LUM_LIGHT_DIRECTIONAL);
+    struct lum_light_desc sun = light_desc(&lum_light_kind_directional);
     double intensity = 0.0;
     assert_int_equal(lum_light_from_flux(&sun, 1.0, &intensity, &refusal), LUM_ERR_INVALID);
     assert_string_equal(refusal.field, "flux_lm");
-    struct lum_light_desc spark = light_desc(LUM_LIGHT_SPHERE);
+    struct lum_light_desc spark = light_desc(&lum_light_kind_sphere);
     spark.radius_m = 1e-9; /* 1 lm from here is 2.5e16 cd/m2 */
     assert_int_equal(lum_light_from_flux(&spark, 1.0, &intensity, &refusal), LUM_ERR_INVALID);
     assert_string_equal(refusal.field, "flux_lm");

@@ -57,7 +57,7 @@ static void images_are_held_by_materials_and_environments(void **state)
     const float texels[6] = {1, 2, 3, 4, 5, 6};
     struct lum_image_desc image = {LUM_TEXEL_RGB32F, 2, 1, texels};
     CHECK_OK(lum_scene_put_image(f->scene, "sky", &image, err));
-    struct lum_light_desc env = light_desc(LUM_LIGHT_ENVIRONMENT);
+    struct lum_light_desc env = light_desc(&lum_light_kind_environment);
     env.image = "sky";
     put_light(f->scene, "env", &env);
     assert_int_equal(lum_scene_remove(f->scene, LUM_ENTITY_IMAGE, "sky", &refusal), LUM_ERR_CONFLICT);
@@ -156,16 +156,16 @@ static void values_out_of_range_name_their_field(void **state)
         assert_int_equal(lum_scene_put_light(f->scene, "l", &l, &refusal), LUM_ERR_INVALID);                           \
         assert_string_equal(refusal.field, name);                                                                      \
     } while (0)
-    REFUSE_LIGHT(LUM_LIGHT_POINT, position.x, (double)NAN, "position");
-    REFUSE_LIGHT(LUM_LIGHT_POINT, intensity, (double)INFINITY, "intensity");
-    REFUSE_LIGHT(LUM_LIGHT_POINT, color.r, -1.0f, "color");
-    REFUSE_LIGHT(LUM_LIGHT_SPOT, direction, ((struct lum_vec3d){0, 0, 0}), "direction");
-    REFUSE_LIGHT(LUM_LIGHT_SPOT, outer_cone_rad, 1.6, "outer_cone_rad");
-    REFUSE_LIGHT(LUM_LIGHT_SPOT, inner_cone_rad, 0.6, "inner_cone_rad");
-    REFUSE_LIGHT(LUM_LIGHT_SPHERE, radius_m, 0.0, "radius_m");
-    REFUSE_LIGHT(LUM_LIGHT_DISC, radius_m, -1.0, "radius_m");
-    REFUSE_LIGHT(LUM_LIGHT_QUAD, v, ((struct lum_vec3d){2, 0, 0}), "u");
-    REFUSE_LIGHT(LUM_LIGHT_ENVIRONMENT, rotation_rad, (double)NAN, "rotation_rad");
+    REFUSE_LIGHT(&lum_light_kind_point, position.x, (double)NAN, "position");
+    REFUSE_LIGHT(&lum_light_kind_point, intensity, (double)INFINITY, "intensity");
+    REFUSE_LIGHT(&lum_light_kind_point, color.r, -1.0f, "color");
+    REFUSE_LIGHT(&lum_light_kind_spot, direction, ((struct lum_vec3d){0, 0, 0}), "direction");
+    REFUSE_LIGHT(&lum_light_kind_spot, outer_cone_rad, 1.6, "outer_cone_rad");
+    REFUSE_LIGHT(&lum_light_kind_spot, inner_cone_rad, 0.6, "inner_cone_rad");
+    REFUSE_LIGHT(&lum_light_kind_sphere, radius_m, 0.0, "radius_m");
+    REFUSE_LIGHT(&lum_light_kind_disc, radius_m, -1.0, "radius_m");
+    REFUSE_LIGHT(&lum_light_kind_quad, v, ((struct lum_vec3d){2, 0, 0}), "u");
+    REFUSE_LIGHT(&lum_light_kind_environment, rotation_rad, (double)NAN, "rotation_rad");
     struct lum_camera camera = {{0, 1, 5}, {0, 1, 5}, {0, 1, 0}, 45, false};
     assert_int_equal(lum_scene_put_camera(f->scene, "c", &camera, &refusal), LUM_ERR_INVALID);
     assert_string_equal(refusal.field, "target");

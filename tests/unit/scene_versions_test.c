@@ -6,37 +6,37 @@
 
 static void dim_key(struct lum_scene *scene)
 {
-    struct lum_light_desc l = light_desc(LUM_LIGHT_QUAD);
+    struct lum_light_desc l = light_desc(&lum_light_kind_quad);
     l.intensity = 7.0;
     put_light(scene, "key", &l);
 }
 static void switch_key_off(struct lum_scene *scene)
 {
-    struct lum_light_desc l = light_desc(LUM_LIGHT_QUAD);
+    struct lum_light_desc l = light_desc(&lum_light_kind_quad);
     l.on = false;
     put_light(scene, "key", &l);
 }
 static void regroup_key(struct lum_scene *scene)
 {
-    struct lum_light_desc l = light_desc(LUM_LIGHT_QUAD);
+    struct lum_light_desc l = light_desc(&lum_light_kind_quad);
     l.group = "warm";
     put_light(scene, "key", &l);
 }
 static void move_key(struct lum_scene *scene)
 {
-    struct lum_light_desc l = light_desc(LUM_LIGHT_QUAD);
+    struct lum_light_desc l = light_desc(&lum_light_kind_quad);
     l.position.x = 0.5;
     put_light(scene, "key", &l);
 }
 static void move_fill(struct lum_scene *scene)
 {
-    struct lum_light_desc l = light_desc(LUM_LIGHT_POINT);
+    struct lum_light_desc l = light_desc(&lum_light_kind_point);
     l.position.x = 0.5;
     put_light(scene, "fill", &l);
 }
 static void add_point(struct lum_scene *scene)
 {
-    struct lum_light_desc l = light_desc(LUM_LIGHT_POINT);
+    struct lum_light_desc l = light_desc(&lum_light_kind_point);
     put_light(scene, "third", &l);
 }
 static void grow_lamp(struct lum_scene *scene)
@@ -139,7 +139,7 @@ static void put_the_same(struct lum_scene *scene)
     put_fog(scene, "fog", 0.25f);
     put_material(scene, "white");
     put_object(scene, "a", "ball", "white", at(0, 0, 0));
-    struct lum_light_desc l = light_desc(LUM_LIGHT_QUAD);
+    struct lum_light_desc l = light_desc(&lum_light_kind_quad);
     put_light(scene, "key", &l);
 }
 
@@ -272,8 +272,10 @@ static void order_of_arrival_does_not_matter(void **state)
             uint32_t k = order[i];
             put_emissive(f->scene, ids[k], k % 3 ? 0.0 : 10.0 * k + 1.0);
             put_object(f->scene, ids[k], "box", ids[k], at(2.0 * k, k % 3, k % 5));
-            uint32_t kind = k % 6; /* but one that needs a web */
-            struct lum_light_desc l = light_desc((enum lum_light_kind)(kind + (kind >= LUM_LIGHT_IES)));
+            static const struct lum_light_kind_row *const kinds[] = {&lum_light_kind_point,       &lum_light_kind_spot,
+                                                                     &lum_light_kind_directional, &lum_light_kind_quad,
+                                                                     &lum_light_kind_sphere,      &lum_light_kind_disc};
+            struct lum_light_desc l = light_desc(kinds[k % LUM_ARRAY_LEN(kinds)]);
             l.position.x = k;
             put_light(f->scene, ids[k], &l);
         }

@@ -9,6 +9,7 @@
 #include "tests/support/rig.h"
 #include "tests/support/scene_fixture.h"
 #include "tests/support/webs.h"
+#include "server/world/light_kinds.h"
 
 static const char *const meshes[] = {"thing", "other"}, *const materials[] = {"one", "two", "three"},
                          *const images[] = {"slide", "weave"};
@@ -147,10 +148,11 @@ static void edit_light(struct editor *e, uint32_t k)
 {
     const char id[] = {'l', (char)('a' + k), 0};
     static const struct web_grid down = {LUM_WEB_C, 0, 0, 0, 90, 1, 10};
-    struct lum_light_desc d = light_desc((enum lum_light_kind)choose(e, LUM_LIGHT_KIND_COUNT));
+    struct lum_light_desc d = light_desc(lum_light_kinds[choose(e, LUM_LIGHT_KIND_COUNT)].row);
     struct lum_web *web = NULL;
-    if (e->steady && k > 0 && (d.kind == LUM_LIGHT_ENVIRONMENT || d.kind == LUM_LIGHT_SKY)) /* of several, one shines */
-        d = light_desc(LUM_LIGHT_DISC);
+    if (e->steady && k > 0 &&
+        (d.kind == &lum_light_kind_environment || d.kind == &lum_light_kind_sky)) /* of several, one shines */
+        d = light_desc(&lum_light_kind_disc);
     d.position = rig_v(0.5 * choose(e, 2) + 0.01 * k, 2, 0);
     d.color = lum_rgb(1.0f, e->steady ? 0.5f : share(e), 0.4f);
     d.intensity = e->steady ? 10.0 : chance(e, 0.2) ? 0.0 : 20.0 * random_double(&e->random);
@@ -158,11 +160,11 @@ static void edit_light(struct editor *e, uint32_t k)
     d.camera_visible = chance(e, 0.5);
     d.image = maybe_image(e);
     d.group = chance(e, 0.5) ? "warm" : NULL;
-    if (d.kind == LUM_LIGHT_IES) {
+    if (d.kind == &lum_light_kind_ies) {
         d.web = web = chance(e, 0.5) ? web_of_a_lamp() : web_of(&down, web_cosine);
         d.u = rig_v(1, 0, choose(e, 2));
     }
-    if (d.kind == LUM_LIGHT_SUN)
+    if (d.kind == &lum_light_kind_sun)
         d.direction = rig_v(1, -1.0 - k, 0.5); /* the sky goes with it */
     d.cie_type = 12 - 3 * (int)k;
     note(e, "light", id);
@@ -372,7 +374,7 @@ static void sky_that_comes_on_is_seen(void **state)
         RIG_OK(lum_scene_remove(e.rig.scene, LUM_ENTITY_OBJECT, "room", &err));
         e.rig.settings.method = &methods[i];
         e.rig.settings.max_spp = 1;
-        struct lum_light_desc sky = light_desc(LUM_LIGHT_ENVIRONMENT);
+        struct lum_light_desc sky = light_desc(&lum_light_kind_environment);
         for (int on = 0; on <= 2; on++) {
             sky.on = on == 1;
             rig_light(&e.rig, "sky", &sky);

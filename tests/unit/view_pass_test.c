@@ -147,7 +147,7 @@ static void a_dimmed_lamp_has_no_rough_pass(void **state)
         continue;
     for (int i = 1; i <= 2; i++) { /* the second before the first is refined */
         struct lum_light_desc sky = {
-            .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 5.0f - (float)i, .on = true};
+            .kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = 5.0f - (float)i, .on = true};
         rig_light(&r, "sky", &sky);
         rig_commit(&r);
         struct lum_pass_stats s = rig_pass(&r);

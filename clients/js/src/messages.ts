@@ -2,7 +2,7 @@
  * What each request takes and is answered, as protocol/PROTOCOL.md says; units are in the names. That page tells them in prose and
  * examples: a test holds its examples against these types, and Params and Answers to the list of methods that is made from it.
  */
-import type { FrameStats, Light, Method, Records, Sensor } from './records.js';
+import type { AnswersByExample, FrameStats, Light, Method, ParamsByExample, Records, Sensor } from './records.js';
 import type { JsonObject } from './rpc.js';
 
 type Vec3 = readonly [number, number, number];
@@ -161,17 +161,15 @@ export interface SensorValue {
 type None = Record<string, never>;
 type Pixel = { view_id: number; x: number; y: number };
 
-/** What a request takes. */
-export interface Params {
+/** What a request takes, of those that take or are answered more than the example of the page shows. */
+interface ToldParams {
     'session.hello': { token?: string; client?: string; resume?: string; key?: string; scene_rev?: number; project?: string };
     'scene.get': { expand?: boolean };
     'view.open': ViewMembers & { size: readonly [number, number] };
     'view.update': ViewMembers & { view_id: number };
-    'view.close': { view_id: number };
     'view.read': Pixel;
     'frame.ack': { view_id: number; frame_seq: number; held_ms?: number };
     pick: Pixel;
-    bounds: { id: string };
     photometry: { id: string };
     daylight: None;
     'stats.get': None;
@@ -181,7 +179,6 @@ export interface Params {
     'sensor.place': { on?: string; height_m?: number; border_m?: number; directions?: number };
     'report.get': { view_id?: number };
     'scene.apply': EditMembers & { ops: readonly JsonObject[]; base_rev?: number; undo_group?: string };
-    'scene.export': None;
     'scene.undo': EditMembers;
     'scene.redo': EditMembers;
     'preset.store': EditMembers & { id: string; name?: string; fade_s?: number };
@@ -189,7 +186,6 @@ export interface Params {
     'preset.stop': EditMembers;
     'asset.list': { kind: 'photometry'; match?: string };
     'asset.photometry': { asset: string };
-    'asset.upload': { files: readonly { name: string; bytes: number }[] };
     'session.list': None;
     'project.list': None;
     'project.create': { name: string } & ({ scene?: string } | { from: string; version?: string });
@@ -197,15 +193,12 @@ export interface Params {
     'project.delete': { project: string };
     'project.restore': { project: string };
     'project.erase': { project: string };
-    'trash.empty': None;
-    'version.keep': { project: string; name: string };
     'version.list': { project: string };
     'version.remove': { project: string; version: string };
-    'session.end': { session: string };
 }
 
 /** What it is answered. */
-export interface Answers {
+interface ToldAnswers {
     'session.hello': {
         session: string;
         role: 'view' | 'measure' | 'edit' | 'admin';
@@ -226,11 +219,9 @@ export interface Answers {
     'scene.get': { ops: readonly JsonObject[]; scene_rev: number };
     'view.open': { view_id: number };
     'view.update': JsonObject;
-    'view.close': JsonObject;
     'view.read': { unit: 'cd/m2' | 'lx'; value: number | null; error: number | null; camera_seq: number; scene_rev: number };
     'frame.ack': JsonObject;
     pick: { id: string | null; point?: Vec3; normal?: Vec3; distance?: number };
-    bounds: { min: Vec3; max: Vec3 };
     photometry: PhotometryOfWeb;
     daylight: {
         sun: { id: string; elevation_deg: number; azimuth_deg: number; illuminance_lx: number; horizontal_lx: number } | null;
@@ -255,7 +246,6 @@ export interface Answers {
     'sensor.place': Sensor;
     'report.get': { scene_rev: number; html: string };
     'scene.apply': Edited;
-    'scene.export': { get: string; bytes: number; scene_rev: number };
     'scene.undo': Edited;
     'scene.redo': Edited;
     'preset.store': Edited;
@@ -263,7 +253,6 @@ export interface Answers {
     'preset.stop': Edited;
     'asset.list': { assets: readonly { asset: string; bytes: number }[]; whole: boolean };
     'asset.photometry': PhotometryOfWeb & { warnings: readonly string[] };
-    'asset.upload': { put: string };
     'session.list': { sessions: readonly { session: string; person: string; role: string; address: string; project: string | null }[] };
     'project.list': { projects: readonly ProjectListed[]; trash: readonly ProjectInTrash[]; scenes: readonly string[] };
     'project.create': { project: string };
@@ -271,12 +260,12 @@ export interface Answers {
     'project.delete': { project: string };
     'project.restore': { project: string };
     'project.erase': { project: string };
-    'trash.empty': { erased: number };
-    'version.keep': { version: string };
     'version.list': { versions: readonly { version: string; name: string; kept_s: number }[] };
     'version.remove': { project: string };
-    'session.end': JsonObject;
 }
+
+export type Params = ToldParams & ParamsByExample;
+export type Answers = ToldAnswers & AnswersByExample;
 
 /** What the server tells without being asked. */
 export interface Notifications {

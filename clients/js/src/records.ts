@@ -712,3 +712,25 @@ export type Method =
     | 'version.remove'
     | 'session.list'
     | 'session.end';
+
+/** What requests take, as the examples of PROTOCOL.md have it, where messages.ts says no more. */
+export interface ParamsByExample {
+    'view.close': { view_id: number };
+    bounds: { id: string };
+    'scene.export': Record<string, never>;
+    'asset.upload': { files: readonly { name: string; bytes: number }[] };
+    'trash.empty': Record<string, never>;
+    'version.keep': { project: string; name: string };
+    'session.end': { session: string };
+}
+
+/** What they are answered. */
+export interface AnswersByExample {
+    'view.close': Record<string, never>;
+    bounds: { min: readonly [number, number, number]; max: readonly [number, number, number] };
+    'scene.export': { get: string; bytes: number; scene_rev: number };
+    'asset.upload': { put: string };
+    'trash.empty': { erased: number };
+    'version.keep': { version: string };
+    'session.end': Record<string, never>;
+}

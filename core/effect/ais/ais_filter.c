@@ -8,7 +8,7 @@
 
 static bool is_ours(const struct lum_pass *pass, enum lum_effect effect)
 {
-    const struct lum_estimator *e = pass->settings->method->serves[effect];
+    const struct lum_estimator *e = lum_method_serves(pass->settings->method, effect);
     return e && e->smoothed_by == &lum_filter_ais;
 }
 

@@ -376,7 +376,7 @@ static void shadow_cell(const struct lum_pass *pass, uint32_t cell, struct lum_c
     for (uint32_t a = 0; a < lights->n_active; a++) {
         const struct lum_light *light = &lights->lights[lights->active[a]];
         enum lum_effect effect = lum_light_effect(light);
-        if (!pass->on[effect] || pass->settings->method->serves[effect] != &lum_estimator_ais_shadow)
+        if (!pass->on[effect] || lum_method_serves(pass->settings->method, effect) != &lum_estimator_ais_shadow)
             continue;
         s.light = lights->active[a];
         s.salt = lum_hash_text(light->id);

@@ -53,7 +53,7 @@ static float light_pdf(const struct resolve *v, struct lum_vec3 p, const struct 
 {
     const struct lum_snapshot *unit = &v->pass->layers->unit;
     const struct lum_light *l = &unit->lights.lights[v->layer->index];
-    if (l->kind != LUM_EMIT_QUAD)
+    if (l->kind != &lum_emitter_quad)
         return ls->pdf_sa;
     return lum_light_pdf(unit, v->layer->index, p, ls->wi, lum_v3_mad(p, ls->wi, ls->distance), l->n);
 }

@@ -37,7 +37,7 @@ void lum_area_look(const struct lum_pass *pass, const struct lum_layer *layer, s
 static struct lum_vec2 point_of(const struct lum_area_view *v, uint32_t k)
 {
     struct lum_vec2 point = v->layer->area.point[k];
-    if (v->layer->light.kind == LUM_EMIT_ENVIRONMENT)
+    if (v->layer->light.kind == &lum_emitter_environment)
         return point;
     return lum_area_scramble(point, v->scramble, v->scramble >> 12);
 }

@@ -73,7 +73,7 @@ bool lum_area_find_stratum_points(struct lum_area_visibility *s, const struct lu
     const struct lum_light *light = &snapshot->lights.lights[index];
     if (s->placed)
         return true;
-    if (light->kind != LUM_EMIT_DISC && light->kind != LUM_EMIT_MESH) {
+    if (light->kind != &lum_emitter_disc && light->kind != &lum_emitter_mesh) {
         lum_free(s->place); /* it was of such a kind before */
         s->place = NULL;
         return s->placed = true;

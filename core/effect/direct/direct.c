@@ -31,7 +31,7 @@ static const struct lum_vec2 hard_sample = {0.42f, 0.47f};
 
 static bool is_hard(const struct lum_direct *job)
 {
-    const struct lum_emitter_row *row = lum_emitters[job->snapshot->lights.lights[job->light].kind];
+    const struct lum_emitter_row *row = job->snapshot->lights.lights[job->light].kind;
     return job->hard && row->across && !row->from_afar; /* lamps with a body of their own; a mesh is the scene's */
 }
 
@@ -233,7 +233,7 @@ void lum_direct_light(const struct lum_direct *job)
     bool delta = light->delta;
     uint32_t n_samples = delta || is_hard(job) ? 1 : job->n_samples;
     /* A sample of a mesh may lie on its far side, and say nothing of what is seen. */
-    bool by_share = job->by_share && !delta && !job->media && light->kind != LUM_EMIT_MESH;
+    bool by_share = job->by_share && !delta && !job->media && light->kind != &lum_emitter_mesh;
     if (by_share && lum_light_has_irradiance(light)) {
         light_by_share(job, n_samples);
         return;

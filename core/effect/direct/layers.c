@@ -87,7 +87,7 @@ static void lower_all(struct lum_layers *l, const struct lum_pass *pass, enum lu
 /* Whether or not the effect is on. */
 static enum lum_layering layering_by_method(const struct lum_pass *pass, const struct lum_light *light)
 {
-    const struct lum_estimator *by = pass->settings->method->serves[lum_light_effect(light)];
+    const struct lum_estimator *by = lum_method_serves(pass->settings->method, lum_light_effect(light));
     return by ? by->layering : LUM_LAYERING_NONE;
 }
 

@@ -87,7 +87,7 @@ static void plan_lights(struct lum_many_lights *c, const struct lum_pass *pass)
         struct lum_bounds b;
         own->p = l->p;
         own->radius = lum_length(l->u) + lum_length(l->v) + l->radius; /* what a shape has not is 0 */
-        if (l->kind == LUM_EMIT_MESH && lum_light_bounds(pass->snapshot, l, &b)) {
+        if (l->kind == &lum_emitter_mesh && lum_light_bounds(pass->snapshot, l, &b)) {
             own->p = lum_v3_mul(lum_v3_add(b.lo, b.hi), 0.5f);
             own->radius = 0.5f * lum_length(lum_v3_sub(b.hi, b.lo));
         }

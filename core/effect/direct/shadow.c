@@ -42,7 +42,7 @@ static bool only_shine_counts(const struct lum_pass *pass)
     const struct lum_light_table *lights = &pass->snapshot->lights;
     for (uint32_t a = 0; a < lights->n_active; a++) {
         enum lum_effect e = lum_light_effect(&lights->lights[lights->active[a]]);
-        if (pass->on[e] && pass->settings->method->serves[e] == &lum_estimator_shadow)
+        if (pass->on[e] && lum_method_serves(pass->settings->method, e) == &lum_estimator_shadow)
             return false;
     }
     return pass->surfaces != NULL;

@@ -64,7 +64,7 @@ static float least_sigma(const struct lum_medium *m)
 
 static bool has_place(const struct lum_light *l)
 {
-    return lum_emitters[l->kind]->half != NULL;
+    return l->kind->half != NULL;
 }
 
 /* Towards the light the way to it gets shorter: light is dimmed by exp(-sigma (s + r(s))), of which the exponent grows

@@ -73,7 +73,7 @@ static void look_from_points(const struct lum_scatter_query *q, uint32_t n, cons
                              struct lum_rgb *ret_radiance)
 {
     struct lum_scatter s;
-    if (q->snapshot->lights.lights[q->light].kind != LUM_EMIT_SPHERE) {
+    if (q->snapshot->lights.lights[q->light].kind != &lum_emitter_sphere) {
         lum_medium_scatter_points(q, n, t, pdf, ret_radiance);
         return;
     }
@@ -106,8 +106,8 @@ static struct lum_rgb open_light(const struct lum_pass *pass, const struct lum_a
 /* True when the light's middle tells well what all of it would give, and how that falls off. */
 static bool is_sharp(const struct lum_pass *pass, const struct lum_airlight_pair *pair)
 {
-    enum lum_emitter kind = pass->snapshot->lights.lights[pair->light].kind;
-    return pair->alone && (kind == LUM_EMIT_POINT || kind == LUM_EMIT_SPHERE);
+    const struct lum_emitter_row *kind = pass->snapshot->lights.lights[pair->light].kind;
+    return pair->alone && (kind == &lum_emitter_point || kind == &lum_emitter_sphere);
 }
 
 /* Mean over the window of what the pair's points see, and of what they would see if nothing were in the way. */

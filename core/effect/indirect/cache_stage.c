@@ -5,7 +5,7 @@
 static bool has_sky(const struct lum_light_table *lights)
 {
     for (uint32_t i = 0; i < lights->n_lights; i++)
-        if (lights->lights[i].kind == LUM_EMIT_ENVIRONMENT)
+        if (lights->lights[i].kind == &lum_emitter_environment)
             return true;
     return false;
 }

@@ -59,8 +59,8 @@ static float bound_of(const struct lum_light *l, const struct lum_sampled_light 
 {
     struct lum_vec3 d = {outside(own->p.x, e->lo.x, e->hi.x), outside(own->p.y, e->lo.y, e->hi.y),
                          outside(own->p.z, e->lo.z, e->hi.z)};
-    bool flat = lum_emitters[l->kind]->flat, sphere = l->kind == LUM_EMIT_SPHERE;
-    bool point = l->kind == LUM_EMIT_POINT, mesh = l->kind == LUM_EMIT_MESH;
+    bool flat = l->kind->flat, sphere = l->kind == &lum_emitter_sphere;
+    bool point = l->kind == &lum_emitter_point, mesh = l->kind == &lum_emitter_mesh;
     if (!(own->reference > 0.0f))
         return 0.0f;
     if (!flat && !sphere && !point && !mesh)

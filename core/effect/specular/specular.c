@@ -525,7 +525,8 @@ const struct lum_effect_row lum_effect_reflection = {.demand = lum_demand_by_sur
                                                      .lamps_count = true,
                                                      .glow_counts = true,
                                                      .why = "is a mirror",
-                                                     .why_not = "no object is a mirror"};
+                                                     .why_not = "no object is a mirror",
+                                                     .usual = &lum_estimator_specular};
 /* A sheet shows what shines on its far side, whatever else there is. */
 static void demand_transmission(const struct lum_sights *see, const struct lum_effect_row *row, enum lum_effect effect,
                                 struct lum_demand *d)
@@ -543,4 +544,5 @@ const struct lum_effect_row lum_effect_transmission = {.demand = demand_transmis
                                                        .glow_counts = true,
                                                        .why = "lets light through",
                                                        .why_not = "no object lets light through",
+                                                       .usual = &lum_estimator_specular,
                                                        .adds = LUM_ADDS_SURFACE};
