@@ -17,6 +17,7 @@ CAMERA = {"position": [0, 1, 3], "target": [0, 1, 0]}
 FORMS = {
     "session.list": {},
     "session.end": {"session": "nobody.9-9"},
+    "presence.set": {"camera": CAMERA, "point": [0, 1, 0]},
     "project.list": {},
     "project.create": {"name": "Foyer", "scene": "furnace"},
     "project.rename": {"project": "aaaaaaaaaaaa", "name": "Foyer"},
