@@ -29,6 +29,7 @@ import { FrameMeter } from './frame_meter';
 import { Framing } from './framing';
 import { methodsIn, type Method } from './methods';
 import { anchoredAt } from './placement';
+import { People } from './people';
 import { Presets } from './presets';
 import { hrefOf, Projects } from './projects';
 import { SceneMirror } from './scene';
@@ -87,6 +88,7 @@ export class App {
     readonly reference: Reference;
     readonly projects: Projects;
     readonly sharing: Sharing;
+    readonly people: People;
     readonly framing: Framing;
     readonly view: ViewLink;
     /** What the picture is exposed for: this view's choice, else the scene's; ev is measured by the server when automatic. */
@@ -184,6 +186,8 @@ export class App {
             show: (pose, settings) => view.show(pose, settings),
             ...{ onRefused: (text) => toasts.info(text), announce: (text) => toasts.announce(text) },
         });
+        const pose = computed(() => poseFromOrbit(view.orbit.value));
+        this.people = new People({ call, pick, pose, online: this.online, announce: (text) => toasts.announce(text) });
         this.link = new Connection(url, token, {
             onState: (state) => this.stateChanged(state),
             onOnline: (rpc, hello) => void this.cameOnline(rpc, hello),
@@ -259,6 +263,12 @@ export class App {
             this.report(error as Error);
             return null;
         }
+    }
+
+    /** Where the pointer is, in fractions of the picture; null: elsewhere. */
+    pointAt(place: readonly [number, number] | null): void {
+        this.reader.pointAt(place);
+        this.people.pointAt(place);
     }
 
     /** A click: what is there, and how much light falls on it. While a lamp is aimed, that is where it points. */
@@ -420,7 +430,7 @@ export class App {
             this.meter.roundTripMs.value = null;
             this.edits.drop();
             this.view.closed();
-            for (const part of [this.reference, this.sensors, this.presets, this.stills]) part.closed();
+            for (const part of [this.reference, this.sensors, this.presets, this.stills, this.people]) part.closed();
             this.convergence.reset();
             this.awaitedEdit = null;
             this.toasts.announce('Connection lost');
@@ -453,6 +463,7 @@ export class App {
             if (!this.sharing.apply() && !this.cameraChosen) this.goHome();
             this.cameraChosen = true;
             await this.view.open();
+            void this.people.begin(this.user);
             this.reference.begin();
             await this.learn(rpc);
         } catch (error) {
@@ -505,6 +516,8 @@ export class App {
             this.presets.notified(params);
         } else if (method === 'report.progress') {
             this.downloads.notified(params);
+        } else if (method === 'presence') {
+            this.people.notified(params);
         } else if (method === 'sensors') {
             this.sensors.notified(params);
         } else if (method === 'import.progress') {
