@@ -85,9 +85,9 @@
 #define LUM_LIMIT_CHANGES_KEPT 1024u /* of the scene, for those who come back */
 #define LUM_LIMIT_CHANGES_KEPT_BYTES (4u << 20) /* a quarter of what may wait for one session */
 #define LUM_LIMIT_HELLO_S 5 /* from connection, or the refusal of a project that was waited for, to a session.hello */
-#define LUM_LIMIT_OPENING_TOLD_S                                                                                       \
-    2 /* how often who waits for a project hears so: a tenth of what a page takes for dead */
-#define LUM_LIMIT_MESSAGES_PER_S 240u        /* a 120 Hz drag of two values; token bucket with 2 s of burst */
+#define LUM_LIMIT_OPENING_TOLD_S 2    /* who waits for a project hears so: a tenth of what a page takes for dead */
+#define LUM_LIMIT_PRESENCE_PER_S 10u  /* news of where people are, to each: a hand is followed */
+#define LUM_LIMIT_MESSAGES_PER_S 240u /* a 120 Hz drag of two values; token bucket with 2 s of burst */
 #define LUM_LIMIT_RX_BYTES_PER_S (4u << 20)  /* of a session: reading them takes a tenth of the net thread at most */
 #define LUM_LIMIT_RX_BURST_BYTES (16u << 20) /* two of the largest messages at once */
 #define LUM_LIMIT_RX_REST_PER_S (64u << 10)  /* of a session, free: pings, headers of frames and of TLS */

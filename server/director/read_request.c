@@ -31,10 +31,10 @@ bool lum_request_read_view_id(struct lum_json_reader *r, struct lum_request *q)
 
 static void fail_unknown(const char *method, struct lum_proto_error *err)
 {
-    static const char *const own[] = {"session.hello",  "session.list",    "session.end",    "asset.upload",
-                                      "frame.ack",      "project.list",    "project.create", "project.rename",
-                                      "project.delete", "project.restore", "project.erase",  "trash.empty",
-                                      "version.keep",   "version.list",    "version.remove"}; /* the session's */
+    static const char *const own[] = {
+        "session.hello", "session.list",   "session.end",    "presence.set",   "asset.upload",    "frame.ack",
+        "project.list",  "project.create", "project.rename", "project.delete", "project.restore", "project.erase",
+        "trash.empty",   "version.keep",   "version.list",   "version.remove"}; /* the session's */
     const char *names[LUM_ARRAY_LEN(types) + LUM_ARRAY_LEN(own)];
     memcpy(names, own, sizeof own);
     for (size_t i = 0; i < LUM_ARRAY_LEN(types); i++)

@@ -29,6 +29,7 @@
 
 #include "server/base/service.h"
 #include "server/net/net_internal.h"
+#include "server/net/presence.h"
 #include "server/net/projects.h"
 #include "server/net/received.h"
 #include "server/net/tls.h"
@@ -182,6 +183,24 @@ static void read_on(lws_sorted_usec_list_t *sul)
     lws_rx_flow_control(lws_container_of(sul, struct conn, read_later)->wsi, 1);
 }
 
+/* Where people are, to who has not heard it. */
+static void tell_presence(lws_sorted_usec_list_t *sul)
+{
+    struct lum_net *net = lws_container_of(sul, struct lum_net, presence_later);
+    int64_t wait_ns = net->sessions ? lum_sessions_tell_presence(net->sessions, lum_clock_ns()) : INT64_MAX;
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
+        if (net->conns[i])
+            serve(net, net->conns[i]);
+    if (wait_ns != INT64_MAX)
+        lws_sul_schedule(net->context, 0, &net->presence_later, tell_presence, wait_ns / 1000 + 1);
+}
+
+static void tell_presence_soon(struct lum_net *net)
+{
+    if (net->sessions && lum_sessions_presence_waits(net->sessions))
+        lws_sul_schedule(net->context, 0, &net->presence_later, tell_presence, 1);
+}
+
 /* Who owes is not read from until it is paid. What comes waits in the kernel, and with the sender. */
 static void let_wait(struct conn *c, int64_t wait_ns)
 {
@@ -245,6 +264,7 @@ static void ws_closed(struct lum_net *net, struct conn *c)
     lum_session_close(c->session);
     lum_fragments_finish(&c->rx);
     c->session = NULL;
+    tell_presence_soon(net);
     if (net->site.draining) /* one that a timer closed: the library would sleep until its next timer, half a minute */
         lws_cancel_service(net->context);
 }
@@ -270,6 +290,7 @@ static int ws_receive(struct lum_net *net, struct conn *c, const char *bytes, si
         keep_for_good(c);
     if (lum_sessions_take_ended(net->sessions))
         lum_net_wake(net);
+    tell_presence_soon(net);
     serve(net, c);
     return 0;
 }
@@ -336,6 +357,7 @@ static void look_around(struct lum_net *net)
         lum_sessions_review(net->sessions, time(NULL));
     lum_sessions_deliver(net->sessions);
     lum_net_http_look(net);
+    tell_presence_soon(net); /* one who waited for a project is in */
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
         if (net->conns[i])
             serve(net, net->conns[i]);
@@ -524,6 +546,7 @@ void lum_net_run(struct lum_net *net, struct lum_sessions *sessions, struct lum_
         if (lws_service(net->context, 0) < 0)
             break;
     lws_sul_cancel(&net->turn_later);
+    lws_sul_cancel(&net->presence_later);
     lum_net_http_drop(net);
     net->sessions = NULL;
 }

@@ -46,7 +46,7 @@ struct lum_net {
     /* net thread */
     struct lum_sessions *sessions;
     struct lum_http_site site;
-    lws_sorted_usec_list_t turn_later;
+    lws_sorted_usec_list_t turn_later, presence_later;
     struct lum_net_counters counters;
     uint64_t file_bytes;                       /* of files that are on their way */
     struct conn *conns[LUM_LIMIT_CONNECTIONS]; /* by session slot */

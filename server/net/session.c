@@ -139,6 +139,7 @@ void lum_session_close(struct lum_session *s)
     if (!s || !s->open)
         return;
     s->open = false;
+    lum_session_stir(s);
     s->table->people_rev++;
     s->table->config.counters->sessions_open--;
     forget_message(s);

@@ -78,6 +78,7 @@ static const struct {
     int order; /* an enum lum_project_verb, which is answered when it is done; or NO_ORDER */
 } methods[] = {{"session.list", LUM_ROLE_ADMIN, list, NO_ORDER},
                {"session.end", LUM_ROLE_ADMIN, end, NO_ORDER},
+               {"presence.set", LUM_ROLE_VIEW, lum_session_be_present, NO_ORDER},
                {"asset.upload", LUM_ROLE_EDIT, lum_session_announce, NO_ORDER},
                {"project.list", LUM_ROLE_VIEW, lum_session_list_projects, NO_ORDER},
                {"project.create", LUM_ROLE_EDIT, NULL, LUM_PROJECT_CREATE},

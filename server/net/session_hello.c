@@ -86,6 +86,7 @@ static void greet(struct lum_session *s, const struct lum_hello *hello, const ch
     s->greeted = true;
     s->table->n_greeted++;
     s->table->people_rev++;
+    lum_session_stir(s);
     lum_log(&s->table->config.log, s->table->config.audit ? LUM_LOG_AUDIT : LUM_LOG_INFO, "session",
             "%s came%s from %s, role %s%s%s", s->user, resumed ? " back" : "", s->peer, lum_role_name(s->person.role),
             info && info->id[0] ? ", to " : "", info ? info->id : "");

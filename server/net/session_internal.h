@@ -1,6 +1,6 @@
 /* What the files of sessions share: session.c (life, and what comes in and goes out), session_hello.c (who it is),
- * session_resume.c (who comes back), session_admin.c (who is here), session_project.c (projects) and session_upload.c
- * (who sends files). Everything belongs to the net thread. */
+ * session_resume.c (who comes back), session_admin.c (who is here), session_presence.c (where they look),
+ * session_project.c (projects) and session_upload.c (who sends files). Everything belongs to the net thread. */
 #ifndef LUM_SERVER_NET_SESSION_INTERNAL_H
 #define LUM_SERVER_NET_SESSION_INTERNAL_H
 
@@ -9,6 +9,7 @@
 #include "server/net/bucket.h"
 #include "server/net/changes.h"
 #include "server/net/downloads.h"
+#include "server/net/presence.h"
 #include "server/net/session.h"
 #include "server/net/text_queue.h"
 
@@ -38,6 +39,7 @@ struct lum_session {
     struct lum_bucket bytes;    /* paid before anybody looks at what came */
     struct lum_bucket messages; /* paid for what the director is asked */
     struct lum_text_queue text;
+    struct lum_presence presence;
     struct lum_stream *streams[LUM_LIMIT_VIEWS_PER_SESSION];
     uint64_t n_announced;            /* bytes of files */
     uint32_t n_streams, next_stream; /* round robin, so that no view of a client starves another */

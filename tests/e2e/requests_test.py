@@ -15,6 +15,7 @@ JUNK = [None, True, False, -1, 1.5, 1e308, -1e308, 2 ** 53, 2 ** 64, "", "x", "\
 CAMERA = {"position": [0, 1, 3], "target": [0, 1, 0]}
 # method: params that are right as far as their form goes. Of others the first example of the page has them, and needs all that it has.
 FORMS = {
+    "presence.set": {"camera": CAMERA, "point": [0, 1, 0]},
     "project.create": {"name": "Foyer", "scene": "furnace"},
     "project.rename": {"project": "aaaaaaaaaaaa", "name": "Foyer"},
     "project.delete": {"project": "aaaaaaaaaaaa"},

@@ -262,7 +262,8 @@ static void check_request(const char *line, size_t n)
         fail_msg("%.*s: %s", (int)n, line, err.text);
     bool own = strncmp(rpc.method, "session.", 8) == 0 || strcmp(rpc.method, "frame.ack") == 0 ||
                strncmp(rpc.method, "project.", 8) == 0 || strncmp(rpc.method, "version.", 8) == 0 ||
-               strcmp(rpc.method, "trash.empty") == 0 || strcmp(rpc.method, "asset.upload") == 0; /* the session's */
+               strcmp(rpc.method, "trash.empty") == 0 || strcmp(rpc.method, "asset.upload") == 0 ||
+               strcmp(rpc.method, "presence.set") == 0; /* the session's */
     if (!own) {
         struct lum_request *c = lum_request_read(&rpc, LUM_ROLE_ADMIN, &err);
         if (!c)

@@ -146,6 +146,7 @@ static const char *const requests[] = {
     REQUEST("project.list", "{}"),
     REQUEST("project.create", "{\"name\":\"Foyer\",\"scene\":\"furnace\"}"),
     REQUEST("session.list", "{}"),
+    REQUEST("presence.set", "{\"camera\":{\"position\":[0,1,3],\"target\":[0,1,0]}}"),
     REQUEST("session.hello", "{\"client\":\"ann\"}"),
     REQUEST("no.such", "{\"a\":[1,{\"b\":null}]}"),
     "{\"jsonrpc\":\"2.0\",\"method\":\"scene.undo\"}",

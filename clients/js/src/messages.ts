@@ -187,6 +187,7 @@ interface ToldParams {
     'asset.list': { kind: 'photometry'; match?: string };
     'asset.photometry': { asset: string };
     'session.list': None;
+    'presence.set': { camera?: CameraPose | null; point?: Vec3 | null };
     'project.list': None;
     'project.create': { name: string } & ({ scene?: string } | { from: string; version?: string });
     'project.rename': { project: string; name: string };
@@ -254,6 +255,7 @@ interface ToldAnswers {
     'asset.list': { assets: readonly { asset: string; bytes: number }[]; whole: boolean };
     'asset.photometry': PhotometryOfWeb & { warnings: readonly string[] };
     'session.list': { sessions: readonly { session: string; person: string; role: string; address: string; project: string | null }[] };
+    'presence.set': JsonObject;
     'project.list': { projects: readonly ProjectListed[]; trash: readonly ProjectInTrash[]; scenes: readonly string[] };
     'project.create': { project: string };
     'project.rename': { project: string };
@@ -280,10 +282,20 @@ export interface Notifications {
     'report.progress': { stage: 'sensors' | 'picture' | 'illuminance'; done: number; of: number };
     'frame.stats': FrameStats;
     sensors: { sensors: readonly SensorValue[] };
+    presence: { people: readonly PersonHere[] };
     'preset.fading': { id: string; fade_s: number; left_s: number };
     /** Before the answer to `session.hello`, again and again while that waits. */
     'project.opening': { project: string; stage: 'opening' | 'waiting'; waited_s: number };
     'session.closing': JsonObject;
+}
+
+/** One who is in the scene. */
+export interface PersonHere {
+    session: string;
+    person: string;
+    role: 'view' | 'measure' | 'edit' | 'admin';
+    camera: Required<CameraPose> | null;
+    point: Vec3 | null;
 }
 
 /** Times are seconds of the Unix epoch. */

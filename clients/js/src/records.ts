@@ -685,6 +685,7 @@ export type Method =
     | 'photometry'
     | 'daylight'
     | 'stats.get'
+    | 'presence.set'
     | 'project.list'
     | 'version.list'
     | 'probe'

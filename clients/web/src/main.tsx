@@ -14,10 +14,11 @@ function socketUrl(): string {
 }
 
 const app = new App(socketUrl(), takeToken(), projectInAddress());
-// An address with another token, put into the tab where the page is: only its end changes, and nothing is loaded anew.
+// An address with another token, or another view, put into the tab where the page is: only its end changes, and nothing is loaded anew.
 addEventListener('hashchange', () => {
     const token = tokenInAddress();
     if (token !== null) app.useToken(token);
+    app.calledFor(location.hash);
 });
 render(
     <AppContext.Provider value={app}>

@@ -3,9 +3,9 @@ import { computed, effect, signal } from '@preact/signals';
 import { Connection, type ConnectionState } from '../protocol/connection';
 import { Codec, decodeFrame, type FrameHeader } from '../protocol/frame';
 import { ClosedError, isObject, type Json, type JsonObject, type Rpc } from '../protocol/rpc';
-import { numberOr, stringOr, vec3Or, type CameraPose, type Pick, type SceneRecord } from '../protocol/types';
-import { add, length, scale, sub, type Vec3 } from '../lib/vec';
-import { frameBall, orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
+import { numberOr, stringOr, vec3Or, type Pick, type SceneRecord } from '../protocol/types';
+import type { Vec3 } from '../lib/vec';
+import { orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
 import { Picture } from '../view/picture';
 import { Comeback } from './comeback';
 import { Compare, type PictureFacts, type Shot, type Side } from './compare';
@@ -18,7 +18,7 @@ import { Follower } from './follow';
 import { Imports } from './imports';
 import { Lamps } from './lamps';
 import { Library } from './library';
-import { centreOf, extentOf, isLamp, isPlaced } from './lights';
+import { centreOf, isLamp } from './lights';
 import { factsOf, type Facts } from './luminaires';
 import { LuxMeter } from './luxmeter';
 import { Materials } from './materials';
@@ -26,17 +26,20 @@ import { Reader } from './readout';
 import { may, NOT_TO_EDIT, roleOf, type Role } from './role';
 import { Reference, type Wanted } from './reference';
 import { FrameMeter } from './frame_meter';
+import { Framing } from './framing';
 import { methodsIn, type Method } from './methods';
 import { anchoredAt } from './placement';
+import { People } from './people';
 import { Presets } from './presets';
 import { hrefOf, Projects } from './projects';
 import { SceneMirror } from './scene';
 import { Sensors } from './sensors';
+import { Sharing } from './sharing';
 import { Stills } from './stills';
 import { Toasts } from './toasts';
 import { keepToken } from './token';
 import { putByHttp, skyOps, Uploads } from './uploads';
-import { DEFAULT_POSE, isOfLight, ViewLink } from './view';
+import { isOfLight, poseOf, ViewLink } from './view';
 
 /** A lit room in the evening; shown until the server has said what its automatic exposure is. */
 const MIDDLE_EV = 8;
@@ -84,6 +87,9 @@ export class App {
     readonly compare: Compare;
     readonly reference: Reference;
     readonly projects: Projects;
+    readonly sharing: Sharing;
+    readonly people: People;
+    readonly framing: Framing;
     readonly view: ViewLink;
     /** What the picture is exposed for: this view's choice, else the scene's; ev is measured by the server when automatic. */
     readonly exposure = computed(() => {
@@ -130,6 +136,7 @@ export class App {
         this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at), mayEdit: () => this.editsAllowed(), onStep: () => this.compare.changing() });
         this.view = new ViewLink(call, onError, () => this.method.value?.addsSamples ?? false);
         const { scene, edits, toasts, view } = this;
+        this.framing = new Framing({ view, call, onError, cameras: () => scene.list('camera').value, goToCamera: (id) => this.goToCamera(id) });
         this.lux = new LuxMeter({
             ...{ scene, call, onError, busy: edits.busy, solo: computed(() => view.settings.value.solo) },
             online: computed(() => this.online.value && this.mayMeasure.value),
@@ -140,7 +147,7 @@ export class App {
         const pick = (x: number, y: number): Promise<Pick | null> => this.pick(x, y);
         this.lamps = new Lamps({ scene, edits, view, toasts, call, onError, picked, pick, ev: () => this.exposure.value.ev });
         this.materials = new Materials({ scene, edits, toasts });
-        this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.frameRecord(id), moveTo: (pose) => view.moveTo(orbitFromPose(pose)) });
+        this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.framing.record(id), moveTo: (pose) => view.moveTo(orbitFromPose(pose)) });
         this.library = new Library({ call, pick, online: this.online, place: (...of) => this.lamps.place(...of) });
         this.uploads = new Uploads({
             ...{ imports: this.imports, call, put: putByHttp },
@@ -173,6 +180,14 @@ export class App {
             what: computed(() => this.wantedReference()),
         });
         this.projects = new Projects({ call, onError, announce: (text) => toasts.announce(text), goTo: (id) => location.assign(hrefOf(id)) });
+        this.sharing = new Sharing({
+            ...{ pose: () => poseFromOrbit(view.orbit.value), settings: () => view.settings.value, project: () => this.projects.here.value?.id ?? '' },
+            known: () => ({ methods: this.methods.value.map((m) => m.name), effects: this.methods.value.flatMap((m) => m.effects) }),
+            show: (pose, settings) => view.show(pose, settings),
+            ...{ onRefused: (text) => toasts.info(text), announce: (text) => toasts.announce(text) },
+        });
+        const pose = computed(() => poseFromOrbit(view.orbit.value));
+        this.people = new People({ call, pick, pose, online: this.online, announce: (text) => toasts.announce(text) });
         this.link = new Connection(url, token, {
             onState: (state) => this.stateChanged(state),
             onOnline: (rpc, hello) => void this.cameOnline(rpc, hello),
@@ -229,6 +244,11 @@ export class App {
         this.link.connect();
     }
 
+    /** Its address ends in this now: a view to be shown. */
+    calledFor(hash: string): void {
+        if (this.sharing.called(hash) && this.online.value && this.methods.value.length > 0) this.sharing.apply();
+    }
+
     /* ---- what the user does with the picture ---- */
 
     async pick(x: number, y: number): Promise<Pick | null> {
@@ -243,6 +263,12 @@ export class App {
             this.report(error as Error);
             return null;
         }
+    }
+
+    /** Where the pointer is, in fractions of the picture; null: elsewhere. */
+    pointAt(place: readonly [number, number] | null): void {
+        this.reader.pointAt(place);
+        this.people.pointAt(place);
     }
 
     /** A click: what is there, and how much light falls on it. While a lamp is aimed, that is where it points. */
@@ -314,38 +340,14 @@ export class App {
         return told ? factsOf(told) : null;
     }
 
-    /** An object, or all that an import brought: as its own camera shows it, for a room is best seen from inside. */
-    async frameRecord(id: string): Promise<void> {
-        const camera = this.scene.list('camera').value.find((c) => c.startsWith(`${id}/`));
-        if (camera) this.goToCamera(camera);
-        if (camera || !this.rpc) return;
-        try {
-            const box = await this.rpc.call('bounds', { id });
-            const lo = vec3Or(box.min, [0, 0, 0]);
-            const hi = vec3Or(box.max, [0, 0, 0]);
-            const radius = Math.max(0.05, length(sub(hi, lo)) / 2);
-            this.view.moveTo(frameBall(this.view.orbit.value, scale(add(lo, hi), 0.5), radius, this.view.aspect.value));
-        } catch (error) {
-            this.report(error as Error);
-        }
-    }
-
     /** A lamp, a model, a picked point, or else the whole scene as its camera shows it. */
     frameSelection(): void {
-        const aspect = this.view.aspect.value;
-        const light = this.lamps.selected.value ? this.scene.peek(this.lamps.selected.value) : undefined;
+        const { lamps, imports, framing } = this;
         const picked = this.picked();
-        if (light && isPlaced(light)) {
-            this.view.moveTo(frameBall(this.view.orbit.value, centreOf(light), 3 * extentOf(light), aspect));
-        } else if (this.imports.selected.value) {
-            void this.frameRecord(this.imports.selected.value);
-        } else if (picked) {
-            const { point } = picked;
-            const distance = length(sub(point, poseFromOrbit(this.view.orbit.value).position));
-            this.view.moveTo(frameBall(this.view.orbit.value, point, Math.max(0.05, 0.12 * distance), aspect));
-        } else {
-            this.goHome();
-        }
+        if (lamps.selected.value && framing.lamp(this.scene.peek(lamps.selected.value))) return;
+        if (imports.selected.value) void framing.record(imports.selected.value);
+        else if (picked) framing.point(picked.point);
+        else this.goHome();
     }
 
     goHome(): void {
@@ -428,7 +430,7 @@ export class App {
             this.meter.roundTripMs.value = null;
             this.edits.drop();
             this.view.closed();
-            for (const part of [this.reference, this.sensors, this.presets, this.stills]) part.closed();
+            for (const part of [this.reference, this.sensors, this.presets, this.stills, this.people]) part.closed();
             this.convergence.reset();
             this.awaitedEdit = null;
             this.toasts.announce('Connection lost');
@@ -457,16 +459,23 @@ export class App {
             this.forgetGone();
             if (this.mayMeasure.value) this.sensors.begin();
             if (hello.resumed !== true) this.tellLost();
-            if (!this.cameraChosen) this.goHome();
+            if (this.sharing.waits) await this.learn(rpc);
+            if (!this.sharing.apply() && !this.cameraChosen) this.goHome();
             this.cameraChosen = true;
             await this.view.open();
+            void this.people.begin(this.user);
             this.reference.begin();
-            const stats = await rpc.call('stats.get');
-            this.methods.value = methodsIn(stats.methods);
-            this.desk.status.value = deskOf(stats);
+            await this.learn(rpc);
         } catch (error) {
             this.report(error as Error);
         }
+    }
+
+    /** What the server has. */
+    private async learn(rpc: Rpc): Promise<void> {
+        const stats = await rpc.call('stats.get');
+        this.methods.value = methodsIn(stats.methods);
+        this.desk.status.value = deskOf(stats);
     }
 
     private tellLost(): void {
@@ -507,6 +516,8 @@ export class App {
             this.presets.notified(params);
         } else if (method === 'report.progress') {
             this.downloads.notified(params);
+        } else if (method === 'presence') {
+            this.people.notified(params);
         } else if (method === 'sensors') {
             this.sensors.notified(params);
         } else if (method === 'import.progress') {
@@ -585,14 +596,4 @@ export class App {
     private report(error: Error): void {
         if (!(error instanceof ClosedError)) this.toasts.error(error);
     }
-}
-
-function poseOf(camera: SceneRecord | undefined): CameraPose {
-    if (!camera) return DEFAULT_POSE;
-    return {
-        position: vec3Or(camera.position, DEFAULT_POSE.position),
-        target: vec3Or(camera.target, DEFAULT_POSE.target),
-        up: vec3Or(camera.up, DEFAULT_POSE.up),
-        vfov_deg: numberOr(camera.vfov_deg, DEFAULT_POSE.vfov_deg),
-    };
 }

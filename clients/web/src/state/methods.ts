@@ -7,6 +7,8 @@ export interface Method {
     summary: string;
     /** A picture at rest gets better, and its error is known. */
     addsSamples: boolean;
+    /** That it computes, where they are called for. */
+    effects: readonly string[];
 }
 
 export function methodsIn(list: Json | undefined): Method[] {
@@ -15,5 +17,6 @@ export function methodsIn(list: Json | undefined): Method[] {
         name: stringOr(m.name, ''),
         summary: stringOr(m.summary, ''),
         addsSamples: m.progressive === true || m.refines === true,
+        effects: Array.isArray(m.effects) ? m.effects.map((e) => stringOr(e, '')) : [],
     }));
 }

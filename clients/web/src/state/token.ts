@@ -6,13 +6,14 @@ const key = (): string => `lumend.token ${new URL('.', location.href).pathname}`
 
 export const takeToken = (): string | null => tokenInAddress() ?? recall('sessionStorage', key());
 
-/** Takes it out of the address. */
+/** Takes it out of the address, which may name a view, too. */
 export function tokenInAddress(): string | null {
     const match = /[#&]t=([^&]+)/.exec(location.hash);
     if (!match) return null;
     const token = decodeURIComponent(match[1]!);
     keepToken(token);
-    history.replaceState(null, '', location.pathname + location.search);
+    const rest = location.hash.replace(/^#/, '').split('&').filter((part) => !part.startsWith('t=')).join('&');
+    history.replaceState(null, '', location.pathname + location.search + (rest && `#${rest}`));
     return token;
 }
 

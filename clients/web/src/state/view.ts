@@ -9,7 +9,7 @@ import { recall, remember } from '../lib/store';
 import { Pacer } from '../lib/pacer';
 import type { FrameHeader } from '../protocol/frame';
 import type { Json, JsonObject } from '../protocol/rpc';
-import type { CameraPose } from '../protocol/types';
+import { numberOr, vec3Or, type CameraPose, type SceneRecord } from '../protocol/types';
 import { orbitFromPose, poseFromOrbit, type Orbit } from '../view/camera';
 import { CameraNumbers } from './camera_seq';
 
@@ -187,6 +187,13 @@ export class ViewLink {
         this.mark('camera');
     }
 
+    /** As a link says; what it does not name is as usual, but for what is of this machine. */
+    show(pose: CameraPose | null, settings: Partial<ViewSettings>): void {
+        const { stop, resolution, stream } = this.settings.value;
+        if (pose) this.moveTo(orbitFromPose(pose));
+        this.change({ ...rememberedSettings(), stop, resolution, stream, ...settings });
+    }
+
     resize(cssW: number, cssH: number, ratio: number): void {
         this.cssSize.value = [cssW, cssH];
         this.fit(ratio);
@@ -342,4 +349,15 @@ export class ViewLink {
         if (s.exposure !== null) params.exposure_ev = s.exposure.auto ? null : s.exposure.ev;
         return params;
     }
+}
+
+/** What a camera of the scene sees. */
+export function poseOf(camera: SceneRecord | undefined): CameraPose {
+    if (!camera) return DEFAULT_POSE;
+    return {
+        position: vec3Or(camera.position, DEFAULT_POSE.position),
+        target: vec3Or(camera.target, DEFAULT_POSE.target),
+        up: vec3Or(camera.up, DEFAULT_POSE.up),
+        vfov_deg: numberOr(camera.vfov_deg, DEFAULT_POSE.vfov_deg),
+    };
 }

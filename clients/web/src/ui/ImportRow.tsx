@@ -32,7 +32,7 @@ export function ImportRow({ id }: { id: string }) {
                 >
                     {id}
                 </button>
-                <button type="button" class="icon-button" aria-label={`Look at ${id}`} title="Look at it" onClick={() => void app.frameRecord(id)}>
+                <button type="button" class="icon-button" aria-label={`Look at ${id}`} title="Look at it" onClick={() => void app.framing.record(id)}>
                     <Icon name="frame" />
                 </button>
                 <button type="button" class="icon-button" aria-label={`Remove ${id}`} title="Remove" onClick={() => app.imports.remove(id)}>

@@ -12,6 +12,7 @@ import { handleKey } from './keymap';
 import { DragGhost, LibraryPanel } from './LibraryPanel';
 import { LightList } from './LightList';
 import { MaterialPanel } from './MaterialPanel';
+import { PeoplePanel } from './PeoplePanel';
 import { PresetPanel } from './PresetPanel';
 import { ProjectsDialog, StartPage } from './Projects';
 import { SectionNav } from './SectionNav';
@@ -38,6 +39,7 @@ export function Layout() {
             <div class="panel" inert={app.connection.value.at !== 'online'}>
                 <SectionNav />
                 <div class="sections">
+                    <PeoplePanel />
                     <LightList />
                     <PresetPanel />
                     <LibraryPanel />

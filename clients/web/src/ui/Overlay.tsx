@@ -13,6 +13,7 @@ import { isOfLight } from '../state/view';
 import { project } from '../view/camera';
 import { useApp } from './context';
 import { Handle } from './Handle';
+import { PeopleMarks } from './PeopleMarks';
 
 /** Of more lamps than this in the picture only the nearest are marked: the picture is what counts. */
 const MAX_MARKERS = 48;
@@ -39,6 +40,7 @@ export function Overlay() {
                 <Isolines />
                 <SensorPoints />
             </AtNowsSide>
+            <PeopleMarks />
             <PickMark />
             {ordered.map((id) => (
                 <Lamp key={id} id={id} />

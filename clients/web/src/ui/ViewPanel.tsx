@@ -6,6 +6,7 @@ import { kelvinOfAll } from '../state/lights';
 import { OVERLAYS, RESOLUTIONS, STREAMS, type OverlayName, type Resolution, type Stream } from '../state/view';
 import { Choice } from './Choice';
 import { useApp } from './context';
+import { CopyLink, LinkByHand } from './CopyLink';
 import { SavePicture } from './SavePicture';
 import { Slider } from './Slider';
 
@@ -33,7 +34,9 @@ export function ViewPanel() {
         <section class="section" aria-labelledby="view-title">
             <header class="section-head">
                 <h2 id="view-title">Picture</h2>
+                <CopyLink />
             </header>
+            <LinkByHand />
             <Exposure />
             <WhiteBalance />
             <div class="choices">

@@ -45,8 +45,8 @@ export function Viewport() {
                 class="stage"
                 tabIndex={0}
                 role="application"
-                onPointerMove={(e) => app.reader.pointAt(placeIn(e))}
-                onPointerLeave={() => app.reader.pointAt(null)}
+                onPointerMove={(e) => app.pointAt(placeIn(e))}
+                onPointerLeave={() => app.pointAt(null)}
                 aria-label="Rendered view. Arrow keys orbit, plus and minus zoom, Enter measures the light in the middle, question mark lists all keys."
             >
                 <canvas ref={canvas} class={`picture ${app.comeback.isStale.value ? 'is-stale' : ''}`} />

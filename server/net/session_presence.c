@@ -1,0 +1,138 @@
+#include <stddef.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "protocol/json/json.h"
+#include "protocol/message/rpc.h"
+#include "protocol/record/field.h"
+#include "server/net/session_internal.h"
+
+#define TOLD_EVERY_NS (1000000000ll / LUM_LIMIT_PRESENCE_PER_S)
+
+/* As a view has it. */
+static const struct lum_field camera_row = {.name = "camera",
+                                            .kind = LUM_FIELD_PARTS,
+                                            .offset = offsetof(struct lum_presence, camera),
+                                            .n = sizeof(struct lum_record_camera),
+                                            .parts = &lum_camera_fields};
+
+/* ---- what is said ---- */
+
+static void read_camera(struct lum_json_reader *r, struct lum_presence *p)
+{
+    const cJSON *camera = lum_json_any_member(r, "camera");
+    if (!camera)
+        return;
+    p->has_camera = lum_field_take(&camera_row, p, r);
+    if (p->has_camera && !lum_camera_validate(&p->camera, r->err)) {
+        lum_proto_prefix(r->err, "camera");
+        lum_json_fail(r);
+    }
+}
+
+static void read_point(struct lum_json_reader *r, struct lum_presence *p)
+{
+    const cJSON *point = lum_json_any_member(r, "point");
+    if (point)
+        p->has_point = lum_json_numbers(r, "point", 3, -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, p->point);
+}
+
+struct cJSON *lum_session_be_present(struct lum_session *s, const struct lum_rpc *rpc, struct lum_proto_error *err)
+{
+    struct lum_json_reader r;
+    struct lum_presence p = s->presence;
+    lum_json_begin(&r, rpc->params, "", err);
+    read_camera(&r, &p);
+    read_point(&r, &p);
+    if (!lum_json_end(&r) || !lum_session_has_scene(s, err))
+        return NULL;
+    p.listens = true;
+    s->presence = p;
+    lum_session_stir(s);
+    return cJSON_CreateObject();
+}
+
+/* ---- what is told ---- */
+
+static bool hears(const struct lum_session *s)
+{
+    return s->presence.listens && s->project && lum_session_is_here(s);
+}
+
+void lum_session_stir(const struct lum_session *s)
+{
+    for (uint32_t i = 0; s->project && i < LUM_LIMIT_CONNECTIONS; i++)
+        if (s->table->slots[i].project == s->project)
+            s->table->slots[i].presence.stale = true;
+}
+
+bool lum_sessions_presence_waits(const struct lum_sessions *t)
+{
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
+        if (t->slots[i].presence.stale && hears(&t->slots[i]))
+            return true;
+    return false;
+}
+
+static cJSON *describe(const struct lum_session *s)
+{
+    const struct lum_presence *p = &s->presence;
+    cJSON *o = cJSON_CreateObject();
+    if (lum_json_add_string(o, "session", s->user) && lum_json_add_string(o, "person", s->person.name) &&
+        lum_json_add_string(o, "role", lum_role_name(s->person.role)) &&
+        lum_json_add(o, "camera", p->has_camera ? lum_field_write(&camera_row, p) : cJSON_CreateNull()) &&
+        lum_json_add(o, "point", p->has_point ? cJSON_CreateDoubleArray(p->point, 3) : cJSON_CreateNull()))
+        return o;
+    cJSON_Delete(o);
+    return NULL;
+}
+
+/* Everybody in the project, as they stand now. NULL: memory is short. */
+static struct lum_text *picture_of(const struct lum_sessions *t, const struct lum_project *p)
+{
+    cJSON *params = cJSON_CreateObject(), *people = cJSON_CreateArray();
+    bool ok = people != NULL;
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS && ok; i++)
+        if (t->slots[i].project == p && lum_session_is_here(&t->slots[i]))
+            ok = lum_json_add(people, NULL, describe(&t->slots[i]));
+    ok = lum_json_add(params, "people", people) && ok;
+    if (!ok) {
+        cJSON_Delete(params);
+        return NULL;
+    }
+    return lum_text_create(lum_rpc_notification("presence", params));
+}
+
+/* Tells all of one project that are due; one text serves them. What cannot be made is tried again the next time. */
+static void tell_project(struct lum_sessions *t, const struct lum_project *p, int64_t now_ns)
+{
+    struct lum_text *text = picture_of(t, p);
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++) {
+        struct lum_session *s = &t->slots[i];
+        if (s->project != p || !s->presence.stale || !hears(s) || now_ns - s->presence.told_ns < TOLD_EVERY_NS)
+            continue;
+        s->presence.told_ns = now_ns;
+        if (!text || s->text.first)
+            continue; /* a slow line has older text to bring first: it hears of what is newest then */
+        s->presence.stale = false;
+        lum_session_queue_text(s, text);
+    }
+    lum_text_unref(text);
+}
+
+int64_t lum_sessions_tell_presence(struct lum_sessions *t, int64_t now_ns)
+{
+    int64_t wait_ns = INT64_MAX;
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++) {
+        const struct lum_session *s = &t->slots[i];
+        if (!s->presence.stale || !hears(s))
+            continue;
+        if (now_ns - s->presence.told_ns >= TOLD_EVERY_NS)
+            tell_project(t, s->project, now_ns);
+        int64_t left_ns = s->presence.told_ns + TOLD_EVERY_NS - now_ns;
+        if (s->presence.stale && left_ns < wait_ns)
+            wait_ns = left_ns;
+    }
+    return wait_ns;
+}
