@@ -27,11 +27,13 @@ import { may, NOT_TO_EDIT, roleOf, type Role } from './role';
 import { Reference, type Wanted } from './reference';
 import { FrameMeter } from './frame_meter';
 import { methodsIn, type Method } from './methods';
-import { anchoredAt } from './placement';
+import { Mover } from './mover';
 import { Presets } from './presets';
 import { hrefOf, Projects } from './projects';
 import { SceneMirror } from './scene';
+import { Selection } from './selection';
 import { Sensors } from './sensors';
+import { Snap } from './snap';
 import { Stills } from './stills';
 import { Toasts } from './toasts';
 import { keepToken } from './token';
@@ -71,6 +73,9 @@ export class App {
     readonly edits: Edits;
     readonly lux: LuxMeter;
     readonly lamps: Lamps;
+    readonly snap = new Snap();
+    readonly selection: Selection;
+    readonly mover: Mover;
     readonly materials: Materials;
     readonly imports: Imports;
     readonly uploads: Uploads;
@@ -139,6 +144,8 @@ export class App {
         const picked = (): ReturnType<App['picked']> => this.picked();
         const pick = (x: number, y: number): Promise<Pick | null> => this.pick(x, y);
         this.lamps = new Lamps({ scene, edits, view, toasts, call, onError, picked, pick, ev: () => this.exposure.value.ev });
+        this.selection = new Selection({ scene, edits, view, toasts, lamps: this.lamps, call, onError });
+        this.mover = new Mover({ scene, edits, toasts, snap: this.snap, with: (id) => this.selection.with(id) });
         this.materials = new Materials({ scene, edits, toasts });
         this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.frameRecord(id), moveTo: (pose) => view.moveTo(orbitFromPose(pose)) });
         this.library = new Library({ call, pick, online: this.online, place: (...of) => this.lamps.place(...of) });
@@ -273,20 +280,12 @@ export class App {
         return reading && { pick: reading.pick, point: this.lux.point(reading) };
     }
 
-    /** Puts the anchor of a lamp, an object or a model there, as a step of a gesture. */
-    moveRecord(id: string, anchor: Vec3): void {
-        const record = this.scene.peek(id);
-        if (!record) return;
-        const { path, value } = anchoredAt(record, anchor);
-        this.edits.set(id, path, value);
-    }
-
-    /** A handle was let go, or moved by a key. */
-    endMove(id: string): void {
-        this.edits.endGesture();
-        const record = this.scene.peek(id);
-        const at = record && centreOf(record).map((v) => v.toFixed(2)).join(', ');
-        if (at) this.toasts.announce(`${id} moved to ${at} metres`);
+    /** A click with Ctrl or Shift: a lamp, an object or a model joins those that are selected, or leaves them. */
+    async addToSelection(x: number, y: number): Promise<void> {
+        const pick = await this.pick(x, y);
+        const record = pick ? this.scene.peek(pick.id) : undefined;
+        if (record) this.selection.toggle(isLamp(record) ? record.id : (this.imports.importOf(record) ?? record.id));
+        else this.toasts.announce('Nothing is there');
     }
 
     async undo(): Promise<void> {
@@ -383,7 +382,7 @@ export class App {
             return;
         }
         this.lux.hide();
-        this.lamps.selected.value = null;
+        this.selection.clear();
         this.materials.pick(undefined);
         this.imports.selected.value = null;
     }
@@ -490,6 +489,7 @@ export class App {
 
     private forgetGone(): void {
         this.lamps.forgetIfGone();
+        this.selection.forgetIfGone();
         this.materials.forgetIfGone();
         this.imports.forgetIfGone();
     }
