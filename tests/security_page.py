@@ -18,8 +18,8 @@ def read(*path):
         return None
 
 
-REGISTERED = {kind: read("tests", kind, "CMakeLists.txt") for kind in ("unit", "e2e", "fuzz")}
-SUFFIX = {"unit": "_test.c", "e2e": "_test.py", "fuzz": "_fuzz.c"}
+REGISTERED = {kind: read("tests", kind, "CMakeLists.txt") for kind in ("unit", "e2e", "fuzz", "stress")}
+SUFFIX = {"unit": "_test.c", "e2e": "_test.py", "fuzz": "_fuzz.c", "stress": ".py"}
 
 
 def check(kind, name, one):
@@ -35,7 +35,7 @@ def main():
     page = read("server", "SECURITY.md")
     n = 0
     for number, line in enumerate(page.split("\n"), 1):
-        named = re.findall(r"`(unit|e2e|fuzz)\.([a-z0-9_]+)(?::([A-Za-z0-9_]+))?`", line)
+        named = re.findall(r"`(unit|e2e|fuzz|stress)\.([a-z0-9_]+)(?::([A-Za-z0-9_]+))?`", line)
         for test in named:
             check(*test)
             n += 1

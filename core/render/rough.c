@@ -14,8 +14,11 @@
 #define MATTE_FLOOR 1e-3f /* of what has no such part: black can still be divided by */
 /* Another object, or another kind of surface, has its light only where nothing alike is near. */
 #define UNLIKE 1e-3f
-/* Below this weight the four nearest pixels are no neighbours. */
-#define ENOUGH 0.05f
+/* Weights of the four nearest add up to 1 where all are alike. Below this they are no neighbours, and those twice as
+ * far are asked, and so on, up to REACH_MAX coarse pixels: what is thinner than they are is met here and there. With
+ * .05 and 2 the SMAPE of rough pictures was 1.4 to 4.5 % more in five rooms, and 8 is no better than 4, but dearer. */
+#define ENOUGH 0.5f
+#define REACH_MAX 4.0f
 
 struct job {
     const struct lum_pass *coarse;
@@ -181,20 +184,22 @@ static void gather(const struct job *j, const struct span *s, float reach, struc
 static void gather_enough(const struct job *j, const struct span *s, struct gathered *ret_sum)
 {
     struct gathered wide;
-    uint32_t few = 0;
     gather(j, s, 1.0f, ret_sum);
-    for (uint32_t i = 0; i < s->n; i++)
-        few += ret_sum->weight[i] < ENOUGH;
-    if (few == 0)
-        return;
-    gather(j, s, 2.0f, &wide);
-    for (uint32_t i = 0; i < s->n; i++) {
-        bool is = ret_sum->weight[i] < ENOUGH;
-        ret_sum->r[i] = is ? wide.r[i] : ret_sum->r[i];
-        ret_sum->g[i] = is ? wide.g[i] : ret_sum->g[i];
-        ret_sum->b[i] = is ? wide.b[i] : ret_sum->b[i];
-        ret_sum->part[i] = is ? wide.part[i] : ret_sum->part[i];
-        ret_sum->weight[i] = is ? wide.weight[i] : ret_sum->weight[i];
+    for (float reach = 2.0f; reach <= REACH_MAX; reach *= 2.0f) {
+        uint32_t few = 0;
+        for (uint32_t i = 0; i < s->n; i++)
+            few += ret_sum->weight[i] < ENOUGH;
+        if (few == 0)
+            return;
+        gather(j, s, reach, &wide);
+        for (uint32_t i = 0; i < s->n; i++) {
+            bool is = ret_sum->weight[i] < ENOUGH;
+            ret_sum->r[i] = is ? wide.r[i] : ret_sum->r[i];
+            ret_sum->g[i] = is ? wide.g[i] : ret_sum->g[i];
+            ret_sum->b[i] = is ? wide.b[i] : ret_sum->b[i];
+            ret_sum->part[i] = is ? wide.part[i] : ret_sum->part[i];
+            ret_sum->weight[i] = is ? wide.weight[i] : ret_sum->weight[i];
+        }
     }
 }
 

@@ -4,8 +4,8 @@
 
 #include "server/director/internal.h"
 
-#define SLICE_NS 8e6 /* an edit that comes into a rest waits no longer for its frame */
-#define SHARE_AWAITED 0.25
+#define SLICE_NS 8e6       /* an edit that comes into a rest waits no longer for its frame */
+#define SHARE_AWAITED 0.25 /* beside three views at most */
 /* The picture shows the scene as it is, and only grows better: it can wait, and somebody does. */
 #define SHARE_AWAITED_AT_REST 4.0
 #define SHARE_REFINES 0.1
@@ -31,16 +31,31 @@ static enum lum_need needs(struct lum_director *d, bool busy, enum lum_need ret_
     return most;
 }
 
-/* Time passes, and a share of it may be taken: of that in which there was something to do. */
-static void count_time(struct lum_beside *b, enum lum_need need, bool stale)
+/* Of many views that wait for the picture of a change each has as much as what is asked for beside them. */
+static double share_of_stale(const struct lum_director *d)
 {
+    unsigned n = 0;
+    for (const struct lum_server_view *v = d->views; v; v = v->next)
+        n += v->stale;
+    return fmin(SHARE_AWAITED, 1.0 / (1.0 + n));
+}
+
+static double most_saved_ns(const struct lum_director *d)
+{
+    return fmax(SLICE_NS, SAVED_STALE_NS * share_of_stale(d) / SHARE_AWAITED);
+}
+
+/* Time passes, and a share of it may be taken: of that in which there was something to do. */
+static void count_time(struct lum_director *d, enum lum_need need, bool stale)
+{
+    struct lum_beside *b = &d->beside;
     int64_t now = lum_clock_ns();
-    double awaited = stale ? SHARE_AWAITED : SHARE_AWAITED_AT_REST;
-    double share = need == LUM_NEED_AWAITED ? awaited : SHARE_REFINES;
+    double awaited = stale ? share_of_stale(d) : SHARE_AWAITED_AT_REST;
+    double share = need == LUM_NEED_AWAITED ? awaited : fmin(SHARE_REFINES, awaited);
     if (need == LUM_NEED_NOTHING)
         b->saved_ns = SLICE_NS; /* what is asked for next begins at once */
     else
-        b->saved_ns = fmin(b->saved_ns + share * (double)(now - b->counted_ns), stale ? SAVED_STALE_NS : SAVED_NS);
+        b->saved_ns = fmin(b->saved_ns + share * (double)(now - b->counted_ns), stale ? most_saved_ns(d) : SAVED_NS);
     b->counted_ns = now;
 }
 
@@ -49,7 +64,7 @@ static void count_time(struct lum_beside *b, enum lum_need need, bool stale)
 static void work(struct lum_director *d, const enum lum_need of_kinds[N_KINDS], bool stale)
 {
     struct lum_beside *b = &d->beside;
-    double slice_ns = stale ? fmax(SLICE_NS, fmin(b->saved_ns, SAVED_STALE_NS)) : SLICE_NS;
+    double slice_ns = stale ? fmax(SLICE_NS, fmin(b->saved_ns, most_saved_ns(d))) : SLICE_NS;
     int64_t from = lum_clock_ns();
     do
         b->turn = (b->turn + 1) % N_KINDS;
@@ -64,7 +79,7 @@ enum lum_beside_state lum_director_work_beside(struct lum_director *d, const str
     struct lum_beside *b = &d->beside;
     bool busy = view != NULL;
     enum lum_need of_kinds[N_KINDS], need = needs(d, busy, of_kinds);
-    count_time(b, need, busy && view->stale);
+    count_time(d, need, busy && view->stale);
     if (need && (!busy || b->saved_ns > 0.0))
         work(d, of_kinds, busy && view->stale);
     lum_director_tell_sensors(d);

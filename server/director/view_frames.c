@@ -79,6 +79,11 @@ enum lum_frame_due lum_server_view_due(const struct lum_server_view *v, int64_t 
     return due ? LUM_DUE_FRAME : LUM_DUE_NONE;
 }
 
+bool lum_server_view_is_awaited(const struct lum_server_view *v, int64_t now_ns)
+{
+    return lum_stream_wants_frame(v->stream) || now_ns - v->sent_ns < LUM_VIEW_UNREAD_NS;
+}
+
 static uint16_t error_field(const struct lum_server_view *v)
 {
     double bound = v->last_pass.error.bound;

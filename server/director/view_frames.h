@@ -10,6 +10,10 @@ enum lum_frame_due { LUM_DUE_NONE, LUM_DUE_FRAME, LUM_DUE_FINAL };
 /* Which frame to send now, if the stream wants one. *ret_wait_ns (may be NULL): after how long to ask again; INT64_MAX:
  * not before something changes. */
 enum lum_frame_due lum_server_view_due(const struct lum_server_view *v, int64_t now_ns, int64_t *ret_wait_ns);
+/* Does the client read, or has it just been sent something? The pictures of who has not read for so long may not keep
+ * the edits of others waiting. */
+#define LUM_VIEW_UNREAD_NS 250000000ll /* four times what a drag has for a picture */
+bool lum_server_view_is_awaited(const struct lum_server_view *v, int64_t now_ns);
 
 /* What there is to see, so that an empty picture can be explained. */
 enum lum_in_view {

@@ -366,12 +366,14 @@ struct lum_server_view *lum_director_choose_view(struct lum_director *d)
  * a drag would never show a picture. */
 static bool begin_pass(struct lum_director *d, const struct lum_server_view *v)
 {
+    int64_t now_ns = lum_clock_ns();
+    bool shielded = v->stale && lum_server_view_is_awaited(v, now_ns);
     pthread_mutex_lock(&d->lock);
     bool go = !d->stop && (v->stale || !d->inbox);
     if (go) {
         atomic_store_explicit(&d->cancel, false, memory_order_relaxed);
         d->rendering = v;
-        d->shielded_until_ns = v->stale ? lum_clock_ns() + SHIELD_NS : 0;
+        d->shielded_until_ns = shielded ? now_ns + SHIELD_NS : 0;
     }
     pthread_mutex_unlock(&d->lock);
     return go;

@@ -1,13 +1,16 @@
 """--state: what was answered is there again, after any end.
 
-LUMEND_KILLS=N kills the daemon N times under load instead of 20.
+LUMEND_KILLS=N kills the daemon N times under load instead of 20, LUMEND_HOURS=N has ten clients edit for N hours instead of
+one; LUMEND_SEED=N chooses other moments, edits and ends.
 """
+import collections
 import json
 import os
 import random
 import re
 import resource
 import shutil
+import statistics
 import subprocess
 import tempfile
 import threading
@@ -15,13 +18,16 @@ import time
 import unittest
 
 from daemon import LUMEND, Daemon
-from wsclient import WAIT_S, Closed, RpcError
+from wsclient import LAST_TILE, WAIT_S, Closed, RpcError, tile_header
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 KILLS = int(os.environ.get("LUMEND_KILLS", "20"))
+SEED = int(os.environ.get("LUMEND_SEED", "7"))
+HOURS = int(os.environ.get("LUMEND_HOURS", "1"))
 CLIENTS = 4
 WINDOW = 6  # edits of one client that wait for their answers
 EDITS = 450  # of one client in one run: a burst of the server's limit of messages has 480
+HOUR_CLIENTS, HOUR_EDITS = 10, 360  # one in ten seconds; time that nothing happens in is left out
 BIG_MESH = {"op": "add", "type": "mesh", "positions": [round(i % 977 / 3 + 0.1, 6) for i in range(9000)],
             "indices": list(range(2997))}  # 80 kB of text, and content of its own in a snapshot
 
@@ -94,9 +100,12 @@ class Model:
         kind = rng.choice(("add", "set", "set", "set", "set", "remove", "undo", "undo", "redo"))
         if kind == "undo" and self.undos or kind == "redo" and self.redos:
             return kind, None, None
-        lamps = sorted(name for name in self.records if "mesh" not in name)
+        lamps = sorted(name for name in self.records if re.fullmatch(r"c\d\.\d+", name))
         if kind == "remove" and lamps:
             return "remove", rng.choice(lamps), None
+        if self.who == 1 and n % 16 == 0:
+            models = [name for name in self.records if "model" in name]
+            return ("remove", models[0], None) if len(models) > 2 else ("import", f"c1.model{n}", 0)
         if self.who == 0 and n % 5 == 0:
             meshes = [name for name in self.records if "mesh" in name]
             return ("remove", meshes[0], None) if len(meshes) > 3 else ("mesh", f"c0.mesh{n}", 0)
@@ -116,6 +125,7 @@ def request_of(edit):
     if kind in ("undo", "redo"):
         return f"scene.{kind}", {}
     op = {"add": lambda: lamp(name, flux), "mesh": lambda: {**BIG_MESH, "id": name},
+          "import": lambda: {"op": "import", "id": name, "asset": "lamp.gltf"},
           "set": lambda: {"op": "set", "id": name, "path": "/flux_lm", "value": flux},
           "remove": lambda: {"op": "remove", "id": name}}[kind]()
     return "scene.apply", {"ops": [op]}
@@ -124,8 +134,8 @@ def request_of(edit):
 class Client:
     """Edits its own records as fast as they are answered, until the daemon is gone."""
 
-    def __init__(self, who):
-        self.who = who
+    def __init__(self, who, n_edits=EDITS):
+        self.who, self.n_edits = who, n_edits
         self.user = None     # its name, which it takes again after each start
         self.model = Model(who)  # as it was at the last check
         self.n = 0
@@ -149,12 +159,14 @@ class Client:
 
     def run(self, rng, count_ack):
         """sent: edits in order; the first n_acked of them were answered. What leads back to a state that there was before
-        waits for all answers, so that no two states look alike among those between the last answer and the last edit."""
+        waits for all answers, so that no two states look alike among those between the last answer and the last edit. So
+        does an import, before which a later edit may be done."""
         ahead, waiting = copy_of(self.model), []
         try:
-            while len(self.sent) < EDITS:
+            while len(self.sent) < self.n_edits:
                 edit = ahead.next_edit(rng, self.n)
-                while waiting and (len(waiting) == WINDOW or edit[0] in ("remove", "undo", "redo")):
+                while waiting and (len(waiting) == WINDOW or "import" in (edit[0], self.sent[-1][0]) or
+                                   edit[0] in ("remove", "undo", "redo")):
                     self.answer(waiting, count_ack)
                 self.n += 1
                 ahead.apply(edit)
@@ -189,7 +201,8 @@ class Kill(unittest.TestCase):
         self.folder = tempfile.mkdtemp(prefix="lumend-state-")
         self.addCleanup(shutil.rmtree, self.folder)
         self.addCleanup(end_started)
-        self.rng = random.Random(7)
+        self.rng = random.Random(SEED)
+        self.ready_s, self.frame_s = [], []  # from each start on
 
     def start(self):
         """Starts it; some starts are killed themselves, at any moment."""
@@ -200,7 +213,10 @@ class Kill(unittest.TestCase):
             process.kill()
             process.wait()
             self.n_killed_starts += 1
-        return launch("--state", self.folder, "--snapshot-kib", "32")
+        self.started = time.monotonic()
+        daemon = launch("--state", self.folder, "--snapshot-kib", "32", "--assets", os.path.join(HERE, "web"))
+        self.ready_s.append(time.monotonic() - self.started)
+        return daemon
 
     def snapshots(self):
         return {name for name in os.listdir(self.folder) if name.startswith("snapshot-")}
@@ -236,34 +252,57 @@ class Kill(unittest.TestCase):
     def check(self, daemon, clients, rev):
         """The scene is what each client's edits up to some point make, at least up to the last answer; returns its revision."""
         ws = daemon.connect()
+        ws.call("view.open", {"size": [32, 32], "camera_id": "main"})
+        while not any(tile_header(tile)["flags"] & LAST_TILE for tile in ws.binaries):
+            ws.pump()
+        self.frame_s.append(time.monotonic() - self.started)
         found = ws.call("scene.get", {"expand": True})
         ws.close()
-        records = [{} for _ in clients]
+        records, made = [{} for _ in clients], collections.Counter()
         for op in found["ops"]:
-            if re.match(r"c\d\.", op["id"]):
+            if "origin" in op:
+                made[op["origin"]] += 1
+            elif re.match(r"c\d\.", op["id"]):
                 records[int(op["id"][1])][op["id"]] = op.get("flux_lm", 0)
+        for name in records[1]:
+            if "model" in name:
+                self.n_made = self.n_made or made[name]
+                self.assertGreater(self.n_made, 2)
+                self.assertEqual(made[name], self.n_made, name)  # a model is there as a whole
         n = sum(client.settle(records[client.who]) for client in clients)
         self.assertEqual(found["scene_rev"], rev + n)  # each edit is one revision
         self.assertGreaterEqual(found["scene_rev"], max(client.last_rev for client in clients))
         return found["scene_rev"]
 
     def test_what_was_answered_is_there(self):
-        clients = [Client(who) for who in range(CLIENTS)]
+        self.edit_and_kill([Client(who) for who in range(CLIENTS)], KILLS, (0, 1, 5, 20, 60, 150))
+
+    def test_hours_of_edits(self):
+        """What ten clients edit is what a model says, hour after hour; then it is killed, with nothing under way."""
+        self.edit_and_kill([Client(who, HOUR_EDITS) for who in range(HOUR_CLIENTS)], HOURS, (HOUR_CLIENTS * HOUR_EDITS,))
+
+    def edit_and_kill(self, clients, n_kills, acks):
+        """Kills as often, each after one of so many answers."""
         rev, n_acked, started = 1, 0, time.monotonic()
-        self.n_killed_starts, self.n_snapshots = 0, 0
-        for i in range(KILLS):
+        self.n_killed_starts, self.n_snapshots, self.n_made = 0, 0, 0
+        for i in range(n_kills):
             daemon = self.start()
             if i > 0:
                 rev = self.check(daemon, clients, rev)
-            self.load(daemon, clients, self.rng.choice((0, 1, 5, 20, 60, 150)))
+            self.load(daemon, clients, self.rng.choice(acks))
             n_acked += sum(client.n_acked for client in clients)
             done = state("check", self.folder)
             self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
         with self.start() as daemon:
             self.check(daemon, clients, rev)
-        print(f"{KILLS} kills under load, {self.n_killed_starts} in a start, {n_acked} edits answered, none lost, "
-              f"{self.n_snapshots} snapshots meanwhile, in {time.monotonic() - started:.0f} s")
-        self.assertGreater(n_acked, KILLS)
+        print(f"{n_kills} kills under load of {len(clients)}, {self.n_killed_starts} in a start, {n_acked} edits answered, none lost, "
+              f"{self.n_snapshots} snapshots meanwhile, in {time.monotonic() - started:.0f} s; LUMEND_SEED={SEED}")
+        for what, seconds in (("that it is ready", self.ready_s), ("the first frame", self.frame_s)):
+            seconds.sort()
+            print(f"from a start to {what}: median {statistics.median(seconds):.3f} s, 95 % "
+                  f"{seconds[len(seconds) * 95 // 100]:.3f} s, longest {seconds[-1]:.3f} s")
+        self.assertGreater(n_acked, n_kills)
+        self.assertGreater(self.n_made, 0, "no model was imported")
 
 
 class Restart(unittest.TestCase):

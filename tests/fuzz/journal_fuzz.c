@@ -117,15 +117,16 @@ static void use(struct lum_document *doc)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    static struct keeper k; /* a folder for all inputs of the process */
-    struct lum_dir dir, content;
+    static struct keeper k; /* a folder for all inputs of the process, opened once: making one waits for the disk */
+    static struct lum_dir dir, content;
     struct lum_recovery r;
     struct lum_error err;
     const struct lum_damage_sink damage = {.tell = ignore, .user = NULL};
-    if (!k.dir[0])
+    if (!k.dir[0]) {
         keeper_init(&k);
-    FUZZ_REQUIRE(!lum_dir_open(AT_FDCWD, k.dir, false, &lum_disk_real, &dir, &err));
-    FUZZ_REQUIRE(!lum_dir_open(dir.fd, "content", true, &lum_disk_real, &content, &err));
+        FUZZ_REQUIRE(!lum_dir_open(AT_FDCWD, k.dir, false, &lum_disk_real, &dir, &err));
+        FUZZ_REQUIRE(!lum_dir_open(dir.fd, "content", true, &lum_disk_real, &content, &err));
+    }
     lum_dir_remove(&dir, "journal-0");
     lum_dir_remove(&content, sha);
     write_folder(&dir, &content, (const char *)data, size);
@@ -134,7 +135,5 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             use(r.doc);
         lum_recovery_finish(&r);
     }
-    lum_dir_close(&content);
-    lum_dir_close(&dir);
     return 0;
 }

@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "core/base/base.h"
+#include "protocol/base/limits.h"
 #include "server/director/view_frames.h"
 
 #define SECOND 1000000000ll
@@ -115,12 +116,29 @@ static void who_is_silent_gets_it_later(void **state)
     lum_stream_unref(v.stream);
 }
 
+/* A drag goes on where the client reads, however close to each other frames come; who stops reading is waited for no
+ * longer, until she reads again. */
+static void who_does_not_read_is_not_awaited(void **state)
+{
+    (void)state;
+    struct lum_server_view v = complete_view();
+    assert_true(lum_server_view_is_awaited(&v, 10 * SECOND)); /* the first */
+    for (unsigned i = 0; i < LUM_LIMIT_UNACKED_FRAMES; i++)
+        send_frame(&v, 1000);
+    assert_true(lum_server_view_is_awaited(&v, v.sent_ns + LUM_VIEW_UNREAD_NS - 1));
+    assert_false(lum_server_view_is_awaited(&v, v.sent_ns + LUM_VIEW_UNREAD_NS));
+    assert_true(lum_stream_ack(v.stream, v.frame_seq, 0));
+    assert_true(lum_server_view_is_awaited(&v, v.sent_ns + 10 * SECOND));
+    lum_stream_unref(v.stream);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(it_waits_until_nothing_changes),
         cmocka_unit_test(the_lossy_one_comes_first),
         cmocka_unit_test(who_is_silent_gets_it_later),
+        cmocka_unit_test(who_does_not_read_is_not_awaited),
     };
     return cmocka_run_group_tests_name("view_due", tests, NULL, NULL);
 }

@@ -79,6 +79,7 @@ test('over a thin line pictures that move are WebP, and at rest the picture is e
     await dragUntil(/^jpeg 85$/);
     line.bytesPerSecond = THIN;
     await dragUntil(/^webp (50|85)$/);
+    assert.match(await page.locator('.item-line .item-value').textContent(), /^[\d.]+ [kMG]?bit\/s$/);
     line.bytesPerSecond = Infinity;
     await settled(tab);
     await restsAs('webp');

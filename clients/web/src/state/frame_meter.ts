@@ -116,6 +116,8 @@ export interface ServerNumbers extends Work {
     exposureEv: number | null;
     /** How the frame came: "jpeg 85". WebP and PNG of 100 are exact. null: the server did not say. */
     coding: string | null;
+    /** Bits a second that the line brings here, as the server reckons it; null: not known. */
+    lineBits: number | null;
 }
 
 export class FrameMeter {
@@ -175,6 +177,7 @@ export class FrameMeter {
             method: stringOr(params.method, ''),
             exposureEv: typeof params.exposure_ev === 'number' ? params.exposure_ev : null,
             coding: typeof params.codec === 'string' ? `${params.codec} ${numberOr(params.quality, 0)}` : null,
+            lineBits: typeof params.line_bytes_s === 'number' ? 8 * params.line_bytes_s : null,
         };
         if (!rendered) return;
         this.frameHistory.push(work.ms);

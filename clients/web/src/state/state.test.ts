@@ -224,10 +224,12 @@ test('a failed import says what to do, and nothing of the protocol', () => {
 test('how a frame is coded is told, where the server tells it', () => {
     const meter = new FrameMeter();
     const frame = { ms: 20, passes: 1, rays: {}, effects: {} };
-    meter.stats({ ...frame, codec: 'webp', quality: 50 });
+    meter.stats({ ...frame, codec: 'webp', quality: 50, line_bytes_s: 30000 });
     assert.equal(meter.server.value?.coding, 'webp 50');
-    meter.stats(frame);
+    assert.equal(meter.server.value.lineBits, 240000);
+    meter.stats({ ...frame, line_bytes_s: null });
     assert.equal(meter.server.value.coding, null);
+    assert.equal(meter.server.value.lineBits, null);
 });
 
 test('light that is in no picture is told once there is enough of it', () => {

@@ -36,6 +36,9 @@ export function StatusBar() {
             <Item label="codec" title="How the picture came">
                 {server?.coding ?? '–'}
             </Item>
+            <Item label="line" title="What the line brings here, as the server reckons it from pictures that arrived: it chooses the codec by that">
+                {server?.lineBits ? `${si(server.lineBits)}bit/s` : '–'}
+            </Item>
             <Item label="rev" title="Revision of the scene in the picture">
                 {frame ? number(frame.sceneRev) : '–'}
             </Item>
