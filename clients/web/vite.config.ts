@@ -8,7 +8,7 @@ export default defineConfig({
     build: {
         target: 'es2021',
         // No polyfill and no inlined assets: the page runs under a CSP without 'unsafe-inline' and data: fonts.
-        modulePreload: { polyfill: false },
+        modulePreload: false,
         assetsInlineLimit: 0,
         reportCompressedSize: false,
     },

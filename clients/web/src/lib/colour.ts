@@ -21,13 +21,17 @@ export function planckianXy(kelvin: number): [number, number] {
 
 /** Linear Rec.709 of luminance 1; a component below the gamut (under 1900 K) is clamped to 0. */
 export function cctToLinear(kelvin: number): Vec3 {
-    const [x, y] = planckianXy(kelvin);
+    return linearOfXy(...planckianXy(kelvin)).map((v) => Math.max(0, v)) as unknown as Vec3;
+}
+
+/** Of luminance 1; a component is negative where the colour is outside of Rec.709. */
+function linearOfXy(x: number, y: number): Vec3 {
     const X = x / y;
     const Z = (1 - x - y) / y;
     return [
-        Math.max(0, 3.2404542 * X - 1.5371385 - 0.4985314 * Z),
-        Math.max(0, -0.969266 * X + 1.8760108 + 0.041556 * Z),
-        Math.max(0, 0.0556434 * X - 0.2040259 + 1.0572252 * Z),
+        3.2404542 * X - 1.5371385 - 0.4985314 * Z,
+        -0.969266 * X + 1.8760108 + 0.041556 * Z,
+        0.0556434 * X - 0.2040259 + 1.0572252 * Z,
     ];
 }
 
@@ -63,4 +67,19 @@ export function swatch(c: Vec3): string {
 export function linearFromHex(hex: string): Vec3 {
     const byte = (at: number): number => decode(parseInt(hex.slice(at, at + 2), 16) / 255);
     return [byte(1), byte(3), byte(5)];
+}
+
+/** CIE xy of linear Rec.709; black has that of white. */
+export function xyOf(c: Vec3): [number, number] {
+    const X = 0.4124564 * c[0] + 0.3575761 * c[1] + 0.1804375 * c[2];
+    const Y = 0.2126729 * c[0] + 0.7151522 * c[1] + 0.072175 * c[2];
+    const Z = 0.0193339 * c[0] + 0.119192 * c[1] + 0.9503041 * c[2];
+    const sum = X + Y + Z;
+    return sum > 0 ? [X / sum, Y / sum] : [0.3127, 0.329];
+}
+
+/** Linear Rec.709 of luminance 1; clamped where it is outside: the server takes no negative light. */
+export function linearFromXy(x: number, y: number): { linear: Vec3; outside: boolean } {
+    const raw = linearOfXy(x, y);
+    return { linear: unitLuminance(raw.map((v) => Math.max(0, v)) as unknown as Vec3), outside: raw.some((v) => v < -1e-3) };
 }

@@ -1,7 +1,8 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { cctToLinear, linearFromHex, luminance, planckianXy, swatch, unitLuminance } from './colour';
+import { cctToLinear, linearFromHex, linearFromXy, luminance, planckianXy, swatch, unitLuminance, xyOf } from './colour';
 import { limit, number, percent, si, toError } from './format';
+import { parseQuantity } from './quantity';
 import { kelvinScale, linearScale, logScale } from './scale';
 import { RateWindow } from './window';
 
@@ -85,4 +86,37 @@ test('a rate falls to zero when nothing comes any more', () => {
     for (let t = 0; t < 1000; t += 100) w.push(t, 5);
     assert.equal(w.rate(999), 50);
     assert.equal(w.rate(5000), 0);
+});
+
+test('chromaticities and linear colours are two ways to say the same, and what a screen cannot show is told', () => {
+    // The primaries of Rec. 709 and its white, D65.
+    const near = (a: readonly number[], b: readonly number[]): void => a.forEach((v, i) => assert.ok(Math.abs(v - b[i]!) < 2e-4, `${a} and ${b}`));
+    near(xyOf([1, 0, 0]), [0.64, 0.33]);
+    near(xyOf([0, 1, 0]), [0.3, 0.6]);
+    near(xyOf([0, 0, 1]), [0.15, 0.06]);
+    near(xyOf([5, 5, 5]), [0.3127, 0.329]);
+    for (const [x, y] of [[0.3127, 0.329], [0.45, 0.41], [0.25, 0.2], [0.55, 0.35]] as const) {
+        const { linear, outside } = linearFromXy(x, y);
+        assert.ok(!outside && Math.abs(luminance(linear) - 1) < 1e-6);
+        near(xyOf(linear), [x, y]);
+    }
+    const red = linearFromXy(0.7, 0.29);
+    assert.ok(red.outside && Math.min(...red.linear) >= 0 && Math.abs(luminance(red.linear) - 1) < 1e-6);
+});
+
+test('numbers are read as people type them', () => {
+    const read = (text: string, unit: string): unknown => {
+        const q = parseQuantity(text, unit);
+        return q && [q.value, q.unit];
+    };
+    assert.deepEqual(read(' 2,5 ', 'm'), [2.5, 'm']);
+    assert.deepEqual(read('80 cm', 'm'), [0.8, 'm']);
+    assert.deepEqual(read('1\u2009200 lm', 'lm'), [1200, 'lm']);
+    assert.deepEqual(read('1.2klm', '×'), [1200, 'lm']);
+    assert.deepEqual(read('50 %', 'lm'), [50, '%']);
+    assert.deepEqual(read('−15°', '°'), [-15, '°']);
+    assert.deepEqual(read('200 DALI', 'lm'), [200, 'dali']);
+    assert.deepEqual(read('1e3', 'lx'), [1000, 'lx']);
+    assert.deepEqual(read('0,125', 'm'), [0.125, 'm']);
+    for (const no of ['', 'm', '1,200', '1.2.3', '--1']) assert.equal(read(no, 'm'), null, no);
 });

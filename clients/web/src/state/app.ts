@@ -18,7 +18,7 @@ import { Follower } from './follow';
 import { Imports } from './imports';
 import { Lamps } from './lamps';
 import { Library } from './library';
-import { centreOf, isLamp } from './lights';
+import { isLamp } from './lights';
 import { factsOf, type Facts } from './luminaires';
 import { LuxMeter } from './luxmeter';
 import { Materials } from './materials';
@@ -28,13 +28,15 @@ import { Reference, type Wanted } from './reference';
 import { FrameMeter } from './frame_meter';
 import { Framing } from './framing';
 import { methodsIn, type Method } from './methods';
-import { anchoredAt } from './placement';
+import { Mover } from './mover';
 import { People } from './people';
 import { Presets } from './presets';
 import { hrefOf, Projects } from './projects';
 import { SceneMirror } from './scene';
+import { Selection } from './selection';
 import { Sensors } from './sensors';
 import { Sharing } from './sharing';
+import { Snap } from './snap';
 import { Stills } from './stills';
 import { Toasts } from './toasts';
 import { keepToken } from './token';
@@ -74,6 +76,9 @@ export class App {
     readonly edits: Edits;
     readonly lux: LuxMeter;
     readonly lamps: Lamps;
+    readonly snap = new Snap();
+    readonly selection: Selection;
+    readonly mover: Mover;
     readonly materials: Materials;
     readonly imports: Imports;
     readonly uploads: Uploads;
@@ -146,6 +151,8 @@ export class App {
         const picked = (): ReturnType<App['picked']> => this.picked();
         const pick = (x: number, y: number): Promise<Pick | null> => this.pick(x, y);
         this.lamps = new Lamps({ scene, edits, view, toasts, call, onError, picked, pick, ev: () => this.exposure.value.ev });
+        this.selection = new Selection({ scene, edits, view, toasts, lamps: this.lamps, call, onError });
+        this.mover = new Mover({ scene, edits, toasts, snap: this.snap, with: (id) => this.selection.with(id) });
         this.materials = new Materials({ scene, edits, toasts });
         this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.framing.record(id), moveTo: (pose) => view.moveTo(orbitFromPose(pose)) });
         this.library = new Library({ call, pick, online: this.online, place: (...of) => this.lamps.place(...of) });
@@ -299,20 +306,12 @@ export class App {
         return reading && { pick: reading.pick, point: this.lux.point(reading) };
     }
 
-    /** Puts the anchor of a lamp, an object or a model there, as a step of a gesture. */
-    moveRecord(id: string, anchor: Vec3): void {
-        const record = this.scene.peek(id);
-        if (!record) return;
-        const { path, value } = anchoredAt(record, anchor);
-        this.edits.set(id, path, value);
-    }
-
-    /** A handle was let go, or moved by a key. */
-    endMove(id: string): void {
-        this.edits.endGesture();
-        const record = this.scene.peek(id);
-        const at = record && centreOf(record).map((v) => v.toFixed(2)).join(', ');
-        if (at) this.toasts.announce(`${id} moved to ${at} metres`);
+    /** A click with Ctrl or Shift: a lamp, an object or a model joins those that are selected, or leaves them. */
+    async addToSelection(x: number, y: number): Promise<void> {
+        const pick = await this.pick(x, y);
+        const record = pick ? this.scene.peek(pick.id) : undefined;
+        if (record) this.selection.toggle(isLamp(record) ? record.id : (this.imports.importOf(record) ?? record.id));
+        else this.toasts.announce('Nothing is there');
     }
 
     async undo(): Promise<void> {
@@ -385,7 +384,7 @@ export class App {
             return;
         }
         this.lux.hide();
-        this.lamps.selected.value = null;
+        this.selection.clear();
         this.materials.pick(undefined);
         this.imports.selected.value = null;
     }
@@ -499,6 +498,7 @@ export class App {
 
     private forgetGone(): void {
         this.lamps.forgetIfGone();
+        this.selection.forgetIfGone();
         this.materials.forgetIfGone();
         this.imports.forgetIfGone();
     }

@@ -73,11 +73,11 @@ test('angles and directions are two ways to say the same', () => {
 test('of many lamps the nearest in the picture are marked, and the selected one always, on top', () => {
     const depth = (id: string): number | null => (id === 'out' ? null : Number(id.slice(1)));
     const ids = ['out', ...Array.from({ length: 300 }, (_, i) => `l${300 - i}`)];
-    const marked = markedOf(ids, 'l299', 48, depth);
+    const marked = markedOf(ids, ['l299'], 48, depth);
     assert.equal(marked.length, 49);
     assert.equal(marked.at(-1), 'l299');
     assert.ok(Array.from({ length: 48 }, (_, i) => `l${i + 1}`).every((id) => marked.includes(id)));
-    assert.deepEqual(markedOf(['a'], 'gone', 48, () => 1), ['a']);
+    assert.deepEqual(markedOf(['a'], ['gone'], 48, () => 1), ['a']);
 });
 
 test('lamps are found by parts of name, group and kind', () => {

@@ -178,16 +178,16 @@ export class Lamps {
     }
 }
 
-/** Of those that are in the picture the nearest `most`, and the selected one in any case, last: on top. */
+/** Of those that are in the picture the nearest `most`, and the selected ones in any case, last: on top. */
 export function markedOf(
     ids: readonly string[],
-    selected: string | null,
+    selected: readonly string[],
     most: number,
     depth: (id: string) => number | null,
 ): string[] {
-    const others = ids.filter((id) => id !== selected);
+    const others = ids.filter((id) => !selected.includes(id));
     const seen = others.map((id) => ({ id, depth: depth(id) })).filter((m): m is { id: string; depth: number } => m.depth !== null);
     const nearest = seen.length > most ? seen.sort((a, b) => a.depth - b.depth).slice(0, most) : seen;
-    return [...nearest.map((m) => m.id), ...(selected !== null && ids.includes(selected) ? [selected] : [])];
+    return [...nearest.map((m) => m.id), ...selected.filter((id) => ids.includes(id))];
 }
 

@@ -11,6 +11,7 @@ const PATHS = {
     close: 'm5.5 5.5 9 9m0-9-9 9',
     save: 'M10 3.5v9M6.5 9.2 10 12.7l3.5-3.5M4 16.5h12',
     model: 'm10 3 6 3v8l-6 3-6-3V6l6 3 6-3M10 9v8',
+    snap: 'M4 7.5h12M4 12.5h12M7.5 4v12M12.5 4v12',
     plus: 'M10 4.5v11M4.5 10h11',
 } as const;
 

@@ -6,15 +6,14 @@ import { DaylightPanel } from './DaylightPanel';
 import { DeskPanel } from './DeskPanel';
 import { DropFiles } from './DropFiles';
 import { EffectsPanel } from './EffectsPanel';
-import { HelpDialog } from './HelpDialog';
 import { ImportPanel } from './ImportPanel';
 import { handleKey } from './keymap';
+import { Lazy } from './Lazy';
 import { DragGhost, LibraryPanel } from './LibraryPanel';
 import { LightList } from './LightList';
 import { MaterialPanel } from './MaterialPanel';
 import { PeoplePanel } from './PeoplePanel';
 import { PresetPanel } from './PresetPanel';
-import { ProjectsDialog, StartPage } from './Projects';
 import { SectionNav } from './SectionNav';
 import { SensorPanel } from './SensorPanel';
 import { StatusBar } from './StatusBar';
@@ -22,6 +21,11 @@ import { Toasts } from './Toasts';
 import { TopBar } from './TopBar';
 import { ViewPanel } from './ViewPanel';
 import { Viewport } from './Viewport';
+
+const selectionPanel = () => import('./SelectionPanel').then((m) => m.SelectionPanel);
+const startPage = () => import('./Projects').then((m) => m.StartPage);
+const projectsDialog = () => import('./Projects').then((m) => m.ProjectsDialog);
+const helpDialog = () => import('./HelpDialog').then((m) => m.HelpDialog);
 
 export function Layout() {
     const app = useApp();
@@ -38,6 +42,7 @@ export function Layout() {
             <Viewport />
             <div class="panel" inert={app.connection.value.at !== 'online'}>
                 <SectionNav />
+                <Lazy when={app.selection.many.value.length > 0} load={selectionPanel} with={{}} />
                 <div class="sections">
                     <PeoplePanel />
                     <LightList />
@@ -55,10 +60,10 @@ export function Layout() {
                 </div>
             </div>
             <StatusBar />
-            <StartPage />
+            <Lazy when={app.projects.atStart.value} load={startPage} with={{}} />
             <Toasts />
-            <HelpDialog />
-            <ProjectsDialog />
+            <Lazy when={app.helpOpen.value} load={helpDialog} with={{}} />
+            <Lazy when={app.projects.shown.value} load={projectsDialog} with={{}} />
             <DragGhost />
             <DropFiles />
         </div>

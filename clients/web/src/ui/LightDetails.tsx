@@ -1,132 +1,33 @@
 import { useSignal } from '@preact/signals';
-import { useId } from 'preact/hooks';
-import { linearFromHex, swatch, unitLuminance } from '../lib/colour';
+import { useEffect } from 'preact/hooks';
 import { number } from '../lib/format';
-import { kelvinScale } from '../lib/scale';
-import type { Vec3 } from '../lib/vec';
-import type { Json } from '../protocol/rpc';
-import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
+import { numberOr, type SceneRecord } from '../protocol/types';
 import { aimed, aimOf, anglesOf, canPointAt, directionOf, isAimed, type Angles } from '../state/lamp_make';
-import { asInModel, colourOf, emitsOf, intensityOf, isAdjusted, isPlaced, kindOf } from '../state/lights';
+import { asInModel, emitsOf, isAdjusted, isPlaced, kindOf } from '../state/lights';
 import { anchorOf } from '../state/placement';
 import { ArrayForm } from './ArrayForm';
+import { ColourFields } from './ColourFields';
 import { useApp } from './context';
+import { DimFields } from './DimFields';
+import { GroupField } from './GroupField';
 import { LuminaireFacts } from './LuminaireFacts';
 import { NumberField } from './NumberField';
-import { Slider } from './Slider';
 import { VectorFields } from './VectorFields';
 
-const KELVIN = kelvinScale(1800, 12000);
-const PRESETS: [string, number][] = [
-    ['Candle', 1900],
-    ['Tungsten', 2700],
-    ['Halogen', 3000],
-    ['Neutral', 4000],
-    ['Daylight', 5600],
-    ['Overcast', 6500],
-];
-
-export function LightDetails({ light }: { light: SceneRecord }) {
+export function LightDetails({ light, onShown }: { light: SceneRecord; onShown(): void }) {
     const app = useApp();
-    const { field, value, unit } = intensityOf(light);
+    useEffect(onShown, []);
     return (
         <div class="light-details">
             <p class="kind">{kindOf(light)} light</p>
-            <NumberField
-                label="Intensity"
-                value={value}
-                unit={unit.symbol}
-                min={0}
-                max={1e12}
-                onCommit={(v) => app.edits.setOnce(light.id, `/${field}`, v)}
-            />
-            <Colour light={light} />
+            <DimFields lights={[light]} />
+            <ColourFields lights={[light]} />
             {emitsOf(light) ? <Surface light={light} /> : isPlaced(light) && <Position light={light} />}
             {isAimed(light) && <Aim light={light} />}
             {light.kind === 'ies' && <LuminaireFacts light={light} />}
-            <Group light={light} />
+            <GroupField name={light.id} lights={[light]} onCommit={(group) => app.lamps.setGroup(light.id, group)} />
             <Actions light={light} />
         </div>
-    );
-}
-
-function Colour({ light }: { light: SceneRecord }) {
-    const app = useApp();
-    const { kelvin, linear } = colourOf(light);
-    const byTemperature = kelvin !== null;
-    const setMode = (temperature: boolean): void => {
-        if (temperature === byTemperature) return;
-        void app.edits.transaction([
-            { op: 'set', id: light.id, path: '/cct_k', value: temperature ? 4000 : null },
-            ...(temperature ? [] : [{ op: 'set' as const, id: light.id, path: '/color', value: [...unitLuminance(linear)] }]),
-        ]);
-    };
-    return (
-        <div class="colour">
-            <div class="segmented" role="group" aria-label={`${light.id} colour mode`}>
-                <button type="button" aria-pressed={byTemperature} onClick={() => setMode(true)}>
-                    Temperature
-                </button>
-                <button type="button" aria-pressed={!byTemperature} onClick={() => setMode(false)}>
-                    Colour
-                </button>
-                <span class="swatch" style={{ '--lamp': swatch(linear) }} />
-            </div>
-            {byTemperature ? <Temperature light={light} kelvin={kelvin} /> : <Picker light={light} linear={linear} />}
-        </div>
-    );
-}
-
-function Temperature({ light, kelvin }: { light: SceneRecord; kelvin: number }) {
-    const app = useApp();
-    return (
-        <>
-            <div class="slider-line">
-                <Slider
-                    class="kelvin"
-                    label={`${light.id} colour temperature`}
-                    scale={KELVIN}
-                    value={kelvin}
-                    spoken={`${kelvin} kelvin`}
-                    onInput={(k) => app.edits.set(light.id, '/cct_k', k)}
-                    onEnd={() => app.edits.endGesture()}
-                />
-                <output>
-                    {number(kelvin)} <small>K</small>
-                </output>
-            </div>
-            <div class="presets" role="group" aria-label="Colour temperature presets">
-                {PRESETS.map(([name, k]) => (
-                    <button
-                        key={k}
-                        type="button"
-                        title={`${k} K`}
-                        aria-pressed={k === kelvin}
-                        onClick={() => app.edits.setOnce(light.id, '/cct_k', k)}
-                    >
-                        {name}
-                    </button>
-                ))}
-            </div>
-        </>
-    );
-}
-
-function Picker({ light, linear }: { light: SceneRecord; linear: Vec3 }) {
-    const app = useApp();
-    return (
-        <label class="picker">
-            <span>Light colour</span>
-            <input
-                type="color"
-                value={swatch(linear)}
-                onInput={(e) => {
-                    const colour = unitLuminance(linearFromHex(e.currentTarget.value));
-                    app.edits.set(light.id, '/color', [...colour] as Json);
-                }}
-                onChange={() => app.edits.endGesture()}
-            />
-        </label>
     );
 }
 
@@ -156,7 +57,7 @@ function Position({ light }: { light: SceneRecord }) {
             value={anchorOf(light)}
             unit="m"
             limits={[-1e9, 1e9]}
-            step={0.05}
+            step={app.snap.gridM.value}
             onCommit={(position) => app.edits.setOnce(light.id, '/position', [...position])}
         />
     );
@@ -173,8 +74,8 @@ function Aim({ light }: { light: SceneRecord }) {
     };
     return (
         <div class="fields is-aim" role="group" aria-label={`${light.id} aim`}>
-            <NumberField label="Tilt" value={round(tilt)} unit="°" min={0} max={180} step={5} onCommit={(v) => set({ tilt: v, turn })} />
-            <NumberField label="Turn" value={round(turn)} unit="°" min={-360} max={360} step={5} onCommit={(v) => set({ tilt, turn: v })} />
+            <NumberField label="Tilt" value={round(tilt)} unit="°" min={0} max={180} step={app.snap.angleDeg.value} onCommit={(v) => set({ tilt: v, turn })} />
+            <NumberField label="Turn" value={round(turn)} unit="°" min={-360} max={360} step={app.snap.angleDeg.value} onCommit={(v) => set({ tilt, turn: v })} />
             {canPointAt(light) && (
                 <button
                     type="button"
@@ -191,42 +92,6 @@ function Aim({ light }: { light: SceneRecord }) {
 }
 
 const round = (degrees: number): number => Number(degrees.toFixed(1)) + 0;
-
-/** Lamps of one group are dimmed together; one that there is already can be chosen. */
-function Group({ light }: { light: SceneRecord }) {
-    const app = useApp();
-    const listId = useId();
-    const group = stringOr(light.group, '');
-    const names = [...new Set(app.scene.lamps.value.map((id) => stringOr(app.scene.peek(id)?.group, '')))].filter((n) => n !== '').sort();
-    const commit = (input: HTMLInputElement): void => {
-        const name = input.value.trim().replace(/[^A-Za-z0-9_.:/-]+/g, '-').slice(0, 64);
-        input.value = name;
-        if (name !== group) app.lamps.setGroup(light.id, name);
-    };
-    return (
-        <label class="group-field">
-            <span class="field-label">Group</span>
-            <input
-                key={group}
-                type="text"
-                aria-label={`${light.id} group`}
-                placeholder="none"
-                spellcheck={false}
-                autocomplete="off"
-                maxLength={64}
-                list={listId}
-                defaultValue={group}
-                onBlur={(e) => commit(e.currentTarget)}
-                onKeyDown={(e) => e.key === 'Enter' && commit(e.currentTarget)}
-            />
-            <datalist id={listId}>
-                {names.map((name) => (
-                    <option key={name} value={name} />
-                ))}
-            </datalist>
-        </label>
-    );
-}
 
 function Actions({ light }: { light: SceneRecord }) {
     const app = useApp();

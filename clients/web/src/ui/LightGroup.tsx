@@ -39,7 +39,7 @@ export function LightGroup({ name, ids, isOpen, place, onToggle }: Props) {
                     tabIndex={tabIndex}
                     title={name}
                     aria-expanded={isOpen}
-                    onClick={() => onToggle(name, !isOpen)}
+                    onClick={(e) => (e.ctrlKey || e.metaKey || e.shiftKey ? app.selection.set(ids) : onToggle(name, !isOpen))}
                 >
                     <span class="label">
                         {isOpen ? '▾' : '▸'} {label}
@@ -69,14 +69,26 @@ export function LightGroup({ name, ids, isOpen, place, onToggle }: Props) {
                 >
                     {anyOn ? 'Off' : 'On'}
                 </button>
+                <button
+                    type="button"
+                    class="solo is-back"
+                    data-column="select"
+                    tabIndex={tabIndex}
+                    aria-label={`Select the ${ids.length} lamps of group ${name}`}
+                    title="Select all of them: each number is then for all"
+                    onClick={() => app.selection.set(ids)}
+                >
+                    ▣
+                </button>
                 <SoloButton name={name} label={`group ${name}`} n={ids.length} tabIndex={tabIndex} />
             </div>
-            <GroupDimmer name={name} records={records} tabIndex={tabIndex} />
+            <GroupDimmer label={`Group ${name} intensity`} records={records} tabIndex={tabIndex} />
         </li>
     );
 }
 
-function GroupDimmer({ name, records, tabIndex }: { name: string; records: readonly SceneRecord[]; tabIndex: number }) {
+/** All of them, with the ratios as they are. */
+export function GroupDimmer({ label, records, tabIndex }: { label: string; records: readonly SceneRecord[]; tabIndex: number }) {
     const app = useApp();
     const start = useRef<GroupStart | null>(null);
     const { value, model, unit, total } = groupIntensity(records);
@@ -91,7 +103,7 @@ function GroupDimmer({ name, records, tabIndex }: { name: string; records: reado
     };
     return (
         <Slider
-            label={`Group ${name} intensity`}
+            label={label}
             disabled={!app.mayEdit.value}
             tabIndex={tabIndex}
             scale={logScale(unit.min, unit.max)}

@@ -80,12 +80,13 @@ export function LightList() {
 /** One stop of the Tab key: the arrow keys go from line to line. Of a long list only what is in sight is there. */
 function Lines({ lines, selected, onToggle }: { lines: Line[]; selected: string | null; onToggle(group: string, open: boolean): void }) {
     const { list, shown, height, active, onKeyDown, onFocus, placeOf } = useLines(lines, selected);
+    const order = (): string[] => lines.flatMap((l) => ('id' in l ? [l.id] : []));
     return (
         <ul
             ref={list}
             class={`light-list ${height === null ? '' : 'is-long'}`}
             style={height === null ? undefined : { height: `${height}px` }}
-            aria-label="Lamps: arrow up and down go from one to the next, Delete removes"
+            aria-label="Lamps: arrow up and down go from one to the next, with Shift they select, Control and Space adds one, Delete removes"
             onKeyDown={onKeyDown}
             onFocusIn={onFocus}
         >
@@ -93,7 +94,7 @@ function Lines({ lines, selected, onToggle }: { lines: Line[]; selected: string 
                 const line = lines[i]!;
                 const place = { ...placeOf(i), reachable: i === active };
                 return 'id' in line ? (
-                    <LightRow key={line.key} id={line.id} inGroup={line.inGroup} place={place} />
+                    <LightRow key={line.key} id={line.id} inGroup={line.inGroup} place={place} order={order} />
                 ) : (
                     <LightGroup key={line.key} name={line.group} ids={line.ids} isOpen={line.isOpen} place={place} onToggle={onToggle} />
                 );

@@ -7,7 +7,7 @@ import { isReplaced } from '../state/daylight';
 import { colourOf, dimmedAsInModel, intensityOf, isDaylight, isOn, modelFluxOf, nameOf, type Unit } from '../state/lights';
 import { useApp } from './context';
 import { Editing } from './Editing';
-import { LightDetails } from './LightDetails';
+import { Lazy } from './Lazy';
 import { lineProps, type Place } from './lines';
 import { Slider } from './Slider';
 
@@ -17,15 +17,20 @@ export function dimmerSteps({ min, max }: Unit): { arrow: number; page: number }
     return { arrow: Math.log(1.05) / decades, page: Math.LN2 / decades };
 }
 
+const lightDetails = () => import('./LightDetails').then((m) => m.LightDetails);
+
 interface RowProps {
     id: string;
     inGroup: boolean;
     place: Place;
+    /** Of the lamps in the list. */
+    order(): readonly string[];
 }
 
-export function LightRow({ id, inGroup, place }: RowProps) {
+export function LightRow({ id, inGroup, place, order }: RowProps) {
     const app = useApp();
     const light = app.scene.record(id);
+    const many = app.selection.many.value;
     const selected = app.lamps.selected.value === id;
     const row = useRef<HTMLLIElement>(null);
     useEffect(() => {
@@ -42,7 +47,7 @@ export function LightRow({ id, inGroup, place }: RowProps) {
         <li
             ref={row}
             {...lineProps(place)}
-            class={`light ${selected ? 'is-selected' : ''} ${on ? '' : 'is-off'} ${inGroup ? 'in-group' : ''} ${replaced || app.isHidden(id) ? 'is-hidden' : ''}`}
+            class={`light ${selected || many.includes(id) ? 'is-selected' : ''} ${on ? '' : 'is-off'} ${inGroup ? 'in-group' : ''} ${replaced || app.isHidden(id) ? 'is-hidden' : ''}`}
         >
             <div class="light-head">
                 <Editing>
@@ -55,7 +60,8 @@ export function LightRow({ id, inGroup, place }: RowProps) {
                     tabIndex={tabIndex}
                     title={id}
                     aria-expanded={selected}
-                    onClick={() => (app.lamps.selected.value = selected ? null : id)}
+                    aria-pressed={many.length > 0 ? many.includes(id) : undefined}
+                    onClick={(e) => app.selection.click(id, e, order())}
                 >
                     {nameOf(light)}
                 </button>
@@ -99,7 +105,7 @@ export function LightRow({ id, inGroup, place }: RowProps) {
             />
             {selected && (
                 <Editing>
-                    <LightDetails light={light} />
+                    <Lazy when load={lightDetails} with={{ light, onShown: () => row.current?.scrollIntoView({ block: 'nearest' }) }} />
                 </Editing>
             )}
             <OthersMark id={id} />

@@ -1,16 +1,17 @@
 import type { ComponentChildren } from 'preact';
-import { useRef } from 'preact/hooks';
 import { swatch } from '../lib/colour';
 import { fixed, number } from '../lib/format';
-import { add, scale, sub, type Vec3 } from '../lib/vec';
+import { add, scale, type Vec3 } from '../lib/vec';
 import { vec3Or, type SceneRecord } from '../protocol/types';
-import { centreOf, colourOf, isOn, isPlaced, nameOf } from '../state/lights';
+import { centreOf, colourOf, isLamp, isOn, isPlaced, nameOf } from '../state/lights';
+import { isAimed } from '../state/lamp_make';
 import { markedOf } from '../state/lamps';
 import { anchorOf } from '../state/placement';
 import { apart, judge, pointAt, type SensorReading } from '../state/sensors';
 import type { App } from '../state/app';
 import { isOfLight } from '../state/view';
 import { project } from '../view/camera';
+import { AimHandle } from './AimHandle';
 import { useApp } from './context';
 import { Handle } from './Handle';
 import { PeopleMarks } from './PeopleMarks';
@@ -23,7 +24,7 @@ export function Overlay() {
     const app = useApp();
     const [width, height] = app.view.cssSize.value;
     const ids = app.scene.lamps.value;
-    const selected = app.lamps.selected.value;
+    const selected = app.selection.ids.value;
     const pose = app.view.shownPose.value;
     const depth = (id: string): number | null => {
         const light = app.scene.record(id);
@@ -32,8 +33,8 @@ export function Overlay() {
     };
     // Where all may be marked nothing is looked up: a handle under the hand may leave the picture.
     const few = ids.length <= MAX_MARKERS;
-    const shown = markedOf(app.markers.value ? ids : [], selected, MAX_MARKERS, few ? () => 0 : depth);
-    const ordered = app.markers.value ? shown : ids.filter((id) => id === selected);
+    const shown = markedOf(ids, selected, app.markers.value ? MAX_MARKERS : 0, few ? () => 0 : depth);
+    const objects = selected.filter((id) => !isLamp(app.scene.record(id)));
     return (
         <svg class="overlay" viewBox={`0 0 ${width} ${height}`} aria-label="Markers">
             <AtNowsSide>
@@ -42,7 +43,10 @@ export function Overlay() {
             </AtNowsSide>
             <PeopleMarks />
             <PickMark />
-            {ordered.map((id) => (
+            {objects.map((id) => (
+                <SelectedObject key={id} id={id} />
+            ))}
+            {shown.map((id) => (
                 <Lamp key={id} id={id} />
             ))}
         </svg>
@@ -152,28 +156,25 @@ function PointsOf({ points: { record, reading, places }, hasRoom }: { points: Po
 
 function Lamp({ id }: { id: string }) {
     const app = useApp();
-    /** Where it was taken: the centre of an object comes from the server, and lags behind the hand. */
-    const taken = useRef<{ anchor: Vec3; centre: Vec3 }>({ anchor: [0, 0, 0], centre: [0, 0, 0] });
     const light = app.scene.record(id);
     if (!light || !isPlaced(light)) return null;
-    const selected = app.lamps.selected.value === id;
+    const ids = app.selection.ids.value;
+    const selected = ids.includes(id);
     const on = isOn(light);
-    const centre = centreOf(light);
     return (
         <>
             {selected && <Shape light={light} />}
+            {selected && ids.length === 1 && isAimed(light) && app.mayEdit.value && <AimHandle light={light} />}
             <Handle
                 name={`Lamp ${id}`}
                 id={id}
-                onPress={() => (app.lamps.selected.value = selected ? null : id)}
+                onPress={(keys) => app.selection.click(id, keys)}
                 class={`lamp ${selected ? 'is-selected' : ''} ${on ? '' : 'is-off'}`}
-                at={centre}
-                reachable={selected}
+                at={centreOf(light)}
+                reachable={id === ids[ids.length - 1]}
                 onGrab={() => {
-                    app.lamps.selected.value = id;
-                    taken.current = { anchor: anchorOf(light), centre };
+                    if (!app.selection.many.value.includes(id)) app.lamps.selected.value = id;
                 }}
-                moveTo={(point) => app.moveRecord(id, add(taken.current.anchor, sub(point, taken.current.centre)))}
             >
                 {selected && <circle class="handle-ring" r="12" />}
                 <circle class="lamp-core" r={selected ? 6 : 5} fill={on ? swatch(colourOf(light).linear) : 'none'} />
@@ -182,6 +183,22 @@ function Lamp({ id }: { id: string }) {
                 </text>
             </Handle>
         </>
+    );
+}
+
+/** Of an object or a model that is one of several: where its anchor is. */
+function SelectedObject({ id }: { id: string }) {
+    const app = useApp();
+    const record = app.scene.record(id);
+    if (!record) return null;
+    return (
+        <Handle name={id} id={id} onPress={(keys) => app.selection.click(id, keys)} class="lamp is-selected is-object" at={anchorOf(record)} reachable>
+            <rect class="handle-ring" x="-9" y="-9" width="18" height="18" />
+            <circle class="lamp-core" r="4" />
+            <text class="lamp-name" y="-18" text-anchor="middle">
+                {nameOf(record)}
+            </text>
+        </Handle>
     );
 }
 
@@ -224,7 +241,6 @@ function PickMark() {
                 class="pick-mark"
                 at={at}
                 reachable
-                moveTo={(point) => app.moveRecord(carrier.id, sub(point, carrier.offset))}
             >
                 <circle class="handle-ring" r="12" />
                 <circle r="3" />

@@ -3,6 +3,7 @@ import { useLayoutEffect, useRef } from 'preact/hooks';
 import { ROOM_LIMITS, USUAL_ROOM, type Room } from '../state/room_make';
 import { useApp } from './context';
 import { NumberField } from './NumberField';
+import { goTo } from './SectionNav';
 
 /** An empty room, for who has no model of one. */
 export function RoomForm() {
@@ -19,6 +20,7 @@ export function RoomForm() {
         busy.value = true;
         await imports.build(room.value);
         busy.value = false;
+        goTo('library-title'); // what a room needs next
     };
     const { side, height, reflectance } = ROOM_LIMITS;
     const field = (label: string, what: keyof Room, unit: string, limits: { min: number; max: number }, step: number) => (

@@ -76,6 +76,9 @@ function SceneTools() {
             >
                 <Icon name="lamp" />
             </Tool>
+            <Tool label="Snapping (X)" pressed={app.snap.on.value} disabled={!app.mayEdit.value} onClick={() => (app.snap.on.value = !app.snap.on.value)}>
+                <Icon name="snap" />
+            </Tool>
             <Tool label="Download the scene" onClick={() => void app.downloads.scene()}>
                 <Icon name="save" />
             </Tool>

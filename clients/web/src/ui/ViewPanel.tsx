@@ -3,10 +3,12 @@ import { fixed, number } from '../lib/format';
 import { kelvinScale, linearScale } from '../lib/scale';
 import { stringOr } from '../protocol/types';
 import { kelvinOfAll } from '../state/lights';
+import { SNAP_LIMITS } from '../state/snap';
 import { OVERLAYS, RESOLUTIONS, STREAMS, type OverlayName, type Resolution, type Stream } from '../state/view';
 import { Choice } from './Choice';
 import { useApp } from './context';
 import { CopyLink, LinkByHand } from './CopyLink';
+import { NumberField } from './NumberField';
 import { SavePicture } from './SavePicture';
 import { Slider } from './Slider';
 
@@ -80,8 +82,21 @@ export function ViewPanel() {
                     />
                 )}
             </div>
+            <SnapFields />
             <SavePicture />
         </section>
+    );
+}
+
+/** Of what is moved and turned by hand: where Ctrl is held, or the switch above is on. */
+function SnapFields() {
+    const { snap } = useApp();
+    const { grid, angle } = SNAP_LIMITS;
+    return (
+        <div class="fields snap-fields" role="group" aria-label="Snapping of what is moved and turned: with X, or while Ctrl is held">
+            <NumberField label="Snap to" unit="m" {...grid} step={0.05} value={snap.gridM.value} onCommit={(v) => snap.set(v, snap.angleDeg.value)} />
+            <NumberField label="Snap angles to" unit="°" {...angle} step={5} value={snap.angleDeg.value} onCommit={(v) => snap.set(snap.gridM.value, v)} />
+        </div>
     );
 }
 

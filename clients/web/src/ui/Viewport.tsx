@@ -32,7 +32,7 @@ export function Viewport() {
         new Navigation(element, {
             orbit: () => app.view.orbit.value,
             moveTo: (orbit) => app.view.moveTo(orbit),
-            onClick: (x, y) => void app.inspect(x, y),
+            onClick: (x, y, e) => void (e.ctrlKey || e.metaKey || e.shiftKey ? app.addToSelection(x, y) : app.inspect(x, y)),
             onDoubleClick: (x, y) => void app.lookAt(x, y),
         });
         app.start(canvas.current!);
@@ -86,16 +86,16 @@ function Modes() {
                 </p>
             )}
             <Comparing />
-            {solo.map((name) => (
-                <p key={name} class="mode is-solo">
+            {solo.length > 0 && (
+                <p class="mode is-solo">
                     <span>
-                        Only <b>{name}</b>, in your view
+                        Only <b>{solo.length > 1 ? `${solo.length} lamps` : solo[0]}</b>, in your view
                     </span>
-                    <button type="button" class="button" onClick={() => app.toggleSolo(name)}>
+                    <button type="button" class="button" onClick={() => app.toggleSolo(solo[0]!)}>
                         Show all
                     </button>
                 </p>
-            ))}
+            )}
         </div>
     );
 }

@@ -4,7 +4,6 @@ import { recall, remember } from '../lib/store';
 import type { App } from '../state/app';
 import type { SceneRecord } from '../protocol/types';
 import { canPointAt } from '../state/lamp_make';
-import { isOn } from '../state/lights';
 import { STOP_NAMES } from '../state/view';
 import { look, pan, turn, zoom } from '../view/camera';
 
@@ -55,20 +54,14 @@ const selectedLamp = (app: App): SceneRecord | undefined => {
     return id ? app.scene.peek(id) : undefined;
 };
 
-function withSelected(app: App, act: (id: string) => void): void {
-    const light = selectedLamp(app);
-    if (light) act(light.id);
+function withSelected(app: App, act: () => unknown): void {
+    if (app.selection.ids.value.length > 0) void act();
     else app.toasts.announce('No lamp is selected');
 }
 
 function aim(app: App): void {
     const light = selectedLamp(app);
     if (light && canPointAt(light)) app.lamps.aiming.value = light.id;
-}
-
-function toggleSelected(app: App): void {
-    const light = selectedLamp(app);
-    if (light) app.edits.setOnce(light.id, '/on', !isOn(light));
 }
 
 export const KEYMAP: readonly Key[] = [
@@ -119,11 +112,11 @@ export const KEYMAP: readonly Key[] = [
     { keys: ['z'], ctrl: true, shift: false, shown: '', label: '', run: (app) => void app.undo() },
     { keys: ['z'], ctrl: true, shift: true, shown: '', label: '', run: (app) => void app.redo() },
     { keys: ['y'], ctrl: true, shown: '', label: '', run: (app) => void app.redo() },
-    { keys: ['d'], ctrl: true, shown: 'Ctrl + D', label: 'Copy the selected lamp', run: (app) => withSelected(app, (id) => void app.lamps.duplicate(id)) },
-    { keys: ['delete'], shown: 'Delete', label: 'Remove the selected lamp', run: (app) => withSelected(app, (id) => void app.lamps.remove(id)) },
+    { keys: ['d'], ctrl: true, shown: 'Ctrl + D', label: 'Copy what is selected', run: (app) => withSelected(app, () => app.selection.duplicate()) },
+    { keys: ['delete'], shown: 'Delete', label: 'Remove what is selected', run: (app) => withSelected(app, () => app.selection.remove()) },
     { keys: ['a'], shown: 'A', label: 'Aim the selected lamp: at what is picked next', run: aim },
-    { keys: ['o'], shown: 'O', label: 'Selected light on or off', run: toggleSelected },
-    { keys: ['s'], shown: 'S', label: 'Solo the selected light', run: (app) => withSelected(app, (id) => app.toggleSolo(id)) },
+    { keys: ['o'], shown: 'O', label: 'Selected lights on or off', run: (app) => withSelected(app, () => app.selection.switchAll()) },
+    { keys: ['s'], shown: 'S', label: 'Solo the selected lights', run: (app) => withSelected(app, () => app.selection.solo()) },
     { keys: ['['], shown: '[', label: 'Darker by a third', run: (app) => expose(app, EV) },
     { keys: [']'], shown: ']', label: 'Brighter by a third', run: (app) => expose(app, -EV) },
     { keys: ['c'], shown: 'C', label: 'Luminance in false colour, then illuminance, then the error, then none of them', run: nextMap },
@@ -131,6 +124,7 @@ export const KEYMAP: readonly Key[] = [
     { keys: ['w'], shown: 'W', label: 'Wipe between it, or how it was before your last change, and now; arrow keys move the line, Enter flips', run: (app) => app.compare.toggle() },
     { keys: [','], shown: ',', label: 'Stop refining earlier: faster', run: (app) => stopAt(app, -1) },
     { keys: ['.'], shown: '.', label: 'Refine further: more exact', run: (app) => stopAt(app, 1) },
+    { keys: ['x'], shown: 'X', label: 'Snapping to the grid, and angles, on or off', run: (app) => (app.snap.on.value = !app.snap.on.value) },
     { keys: ['l'], shown: 'L', label: 'Show or hide lamp markers', run: (app) => (app.markers.value = !app.markers.value) },
     { keys: ['escape'], shown: 'Esc', label: 'Select nothing', run: (app) => app.clearSelection() },
     { keys: ['?'], shown: '?', label: 'This help', run: (app) => (app.helpOpen.value = true) },
@@ -142,9 +136,11 @@ export const POINTERS: readonly [string, string][] = [
     ['Right drag', 'Pan; so does Shift + drag'],
     ['Wheel, pinch', 'Move closer or away'],
     ['Click', 'What is there, and its illuminance'],
+    ['Ctrl + click, Shift + click', 'Select it, too: in the picture, and in the list, where Shift takes all between'],
     ['Double click', 'Turn about that point'],
     ['Drag a mark', 'Move the lamp or the clicked object along the picture'],
     ['Shift + drag it', 'Move it at its height'],
+    ['Ctrl + drag it', 'By the steps of the grid; freely, where snapping is on'],
 ];
 
 /** Off: keys of one character act only while the picture has the focus. For those who speak to their machine. */

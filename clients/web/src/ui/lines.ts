@@ -123,11 +123,28 @@ export function useLines(lines: readonly Line[], selected: string | null): Lines
         const target = e.target as HTMLElement;
         const column = target.dataset.column;
         const line = lines[lineOf(target)];
-        if (!line || !column || e.ctrlKey || e.metaKey || e.altKey) return;
+        if (!line || !column || e.altKey) return;
         const at = lines.indexOf(line);
-        if (e.key === 'Delete' && 'id' in line) {
+        const { selection } = app;
+        const take = (): void => {
             e.preventDefault();
             e.stopPropagation();
+        };
+        const ctrl = e.ctrlKey || e.metaKey;
+        if (ctrl && e.key === 'a') {
+            take();
+            selection.set(lines.flatMap((l) => ('id' in l ? [l.id] : l.isOpen ? [] : [...l.ids])));
+        } else if (e.key === ' ' && column === 'name' && 'id' in line && (ctrl || selection.many.peek().length > 0)) {
+            take();
+            selection.toggle(line.id);
+        }
+        if (ctrl || e.key === ' ') return;
+        if (e.key === 'Delete' && 'id' in line) {
+            take();
+            if (selection.many.peek().includes(line.id)) {
+                void selection.remove();
+                return;
+            }
             const next = lines[at + 1] ?? lines[at - 1];
             void app.lamps.remove(line.id).then((gone) => gone && next && goToKey(next.key));
             return;
@@ -135,8 +152,12 @@ export function useLines(lines: readonly Line[], selected: string | null): Lines
         const to: Record<string, number> = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: lines.length - 1 };
         const i = to[e.key];
         if (i === undefined || target.matches('input')) return;
-        e.preventDefault();
-        e.stopPropagation();
+        take();
+        const next = lines[Math.min(lines.length - 1, Math.max(0, i))]!;
+        if (e.shiftKey && 'id' in next && column === 'name') {
+            if (selection.ids.peek().length === 0 && 'id' in line) selection.set([line.id]);
+            selection.rangeTo(next.id, lines.flatMap((l) => ('id' in l ? [l.id] : [])));
+        }
         goTo(i, column);
     };
     const goToKey = (key: string): void => {

@@ -8,7 +8,7 @@ export interface NavigationHost {
     orbit(): Orbit;
     moveTo(orbit: Orbit): void;
     /** Places are fractions of the picture. */
-    onClick(x: number, y: number): void;
+    onClick(x: number, y: number, e: PointerEvent): void;
     onDoubleClick(x: number, y: number): void;
 }
 
@@ -75,7 +75,7 @@ export class Navigation {
 
     private up(e: PointerEvent): void {
         if (!this.contacts.delete(e.pointerId)) return;
-        if (this.travelled < CLICK_SLOP && e.button === 0) this.host.onClick(...this.place(e));
+        if (this.travelled < CLICK_SLOP && e.button === 0) this.host.onClick(...this.place(e), e);
     }
 
     private wheel(e: WheelEvent): void {

@@ -1,0 +1,80 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { signal } from '@preact/signals';
+import type { Edits } from './edits';
+import type { Lamps } from './lamps';
+import { Mover } from './mover';
+import { SceneMirror } from './scene';
+import { Selection } from './selection';
+import { Snap } from './snap';
+import { Toasts } from './toasts';
+import type { ViewLink } from './view';
+
+function desk() {
+    const scene = new SceneMirror();
+    const lamp = (id: string, x: number) => ({ op: 'add', type: 'light', kind: 'point', id, flux_lm: 100, position: [x, 2, 0] });
+    scene.load([lamp('a', 0), lamp('b', 1), lamp('c', 2), { op: 'add', type: 'object', id: 'box', mesh: 'm' }], 1);
+    const sent: [string, string, unknown][] = [];
+    let gestures = 0;
+    const edits = {
+        set: (id: string, path: string, value: unknown) => sent.push([id, path, value]),
+        endGesture: () => gestures++,
+    } as unknown as Edits;
+    const lamps = { selected: signal<string | null>(null) } as unknown as Lamps;
+    const toasts = new Toasts();
+    const selection = new Selection({ scene, edits, toasts, lamps, view: null as unknown as ViewLink, call: () => Promise.reject(new Error()), onError: () => {} });
+    const mover = new Mover({ scene, edits, toasts, snap: new Snap(), with: (id) => selection.with(id) });
+    return { scene, selection, lamps, mover, toasts, sent, gestures: () => gestures };
+}
+const CTRL = { ctrlKey: true, metaKey: false, shiftKey: false };
+const SHIFT = { ctrlKey: false, metaKey: false, shiftKey: true };
+const PLAIN = { ctrlKey: false, metaKey: false, shiftKey: false };
+
+test('a click selects one, with Ctrl it joins the others or leaves them, with Shift all between join', () => {
+    const { selection, lamps } = desk();
+    const order = ['a', 'b', 'c'];
+    selection.click('a', PLAIN, order);
+    assert.deepEqual([lamps.selected.value, selection.many.value], ['a', []]);
+    selection.click('c', CTRL, order);
+    assert.deepEqual([lamps.selected.value, selection.many.value], [null, ['a', 'c']]);
+    selection.toggle('box');
+    assert.deepEqual(selection.ids.value, ['a', 'c', 'box']);
+    selection.toggle('box');
+    selection.click('a', CTRL, order);
+    assert.deepEqual([lamps.selected.value, selection.many.value], ['c', []], 'one is one as ever');
+    selection.click('b', PLAIN, order);
+    assert.deepEqual([lamps.selected.value, selection.many.value], ['b', []]);
+    selection.click('c', SHIFT, order);
+    assert.deepEqual(selection.many.value, ['b', 'c']);
+    selection.click('a', SHIFT, order);
+    assert.deepEqual([...selection.many.value].sort(), ['a', 'b'], 'a range turns about where it began');
+});
+
+test('whatever else selects a lamp, the others are let go; what is gone is not selected', () => {
+    const { selection, lamps, scene } = desk();
+    selection.set(['a', 'b', 'box']);
+    scene.apply([{ op: 'remove', id: 'b' }], 2);
+    selection.forgetIfGone();
+    assert.deepEqual(selection.ids.value, ['a', 'box']);
+    lamps.selected.value = 'c';
+    assert.deepEqual(selection.ids.value, ['c']);
+    selection.set(['box']);
+    assert.deepEqual([lamps.selected.value, selection.many.value], [null, ['box']], 'an object is no lamp of the list');
+});
+
+test('a hand on one of several takes all along as one gesture; on another one, that alone', () => {
+    const { selection, mover, sent, gestures, toasts } = desk();
+    selection.set(['a', 'box']);
+    mover.grab('a');
+    mover.by([0.26, 0, 0]);
+    mover.by([0.26, 0, 0.04], 'grid');
+    assert.deepEqual(sent.slice(2), [['a', '/position', [0.3, 2, 0]], ['box', '/transform', { translate: [0.3, 0, 0] }]]);
+    assert.equal(gestures(), 0);
+    mover.end();
+    assert.equal(gestures(), 1);
+    assert.match(toasts.announced.value, /^a moved to .* and 1 more with it$/);
+    sent.length = 0;
+    mover.grab('c');
+    mover.by([0, 1, 0]);
+    assert.deepEqual(sent, [['c', '/position', [2, 3, 0]]]);
+});

@@ -1,0 +1,177 @@
+/** Several lamps and objects that are handled as one: which they are, and what is done to all of them in one step. */
+import { batch, computed, effect, signal } from '@preact/signals';
+import { dot, scale } from '../lib/vec';
+import type { JsonObject } from '../protocol/rpc';
+import type { Op, SceneRecord } from '../protocol/types';
+import { basis, poseFromOrbit } from '../view/camera';
+import type { Edits } from './edits';
+import type { Lamps } from './lamps';
+import { extentOf, isLamp, isOn } from './lights';
+import { copyOps, fieldOfAll, hasPlace, inWords, tileOps } from './many';
+import { anchorOf } from './placement';
+import type { SceneMirror } from './scene';
+import { addOf } from './scene_ops';
+import type { Toasts } from './toasts';
+import type { ViewLink } from './view';
+
+export interface SelectionHost {
+    scene: SceneMirror;
+    edits: Edits;
+    view: ViewLink;
+    toasts: Toasts;
+    lamps: Lamps;
+    call(method: string, params: JsonObject): Promise<JsonObject>;
+    onError(error: Error): void;
+}
+
+/** Modifier keys of a click: Ctrl, or Cmd, adds one; Shift all up to it. */
+export interface Modifiers {
+    ctrlKey: boolean;
+    metaKey: boolean;
+    shiftKey: boolean;
+}
+
+export class Selection {
+    /** In the order in which they were selected. Empty where one lamp is, which shows itself in the list. */
+    readonly many = signal<readonly string[]>([]);
+    readonly ids = computed<readonly string[]>(() => {
+        const one = this.host.lamps.selected.value;
+        return this.many.value.length > 0 ? this.many.value : one === null ? [] : [one];
+    });
+    /** Where a range begins. */
+    private from: string | null = null;
+
+    constructor(private readonly host: SelectionHost) {
+        effect(() => {
+            if (host.lamps.selected.value !== null) this.many.value = [];
+        });
+    }
+
+    records(): SceneRecord[] {
+        return this.ids.value.map((id) => this.host.scene.record(id)).filter((r) => r !== undefined);
+    }
+
+    /** What moves with it. */
+    with(id: string): readonly string[] {
+        return this.many.peek().includes(id) ? this.many.peek() : [id];
+    }
+
+    set(ids: readonly string[]): void {
+        const { lamps, scene, toasts } = this.host;
+        const one = ids.length === 1 && isLamp(scene.peek(ids[0]!)) ? ids[0]! : null;
+        batch(() => {
+            lamps.selected.value = one;
+            this.many.value = one === null ? ids : [];
+        });
+        const said = inWords(ids.map((id) => scene.peek(id)).filter((r) => r !== undefined));
+        toasts.announce(said ? `${said} selected` : 'Nothing is selected');
+    }
+
+    /** In, or out; the others stay. */
+    toggle(id: string): void {
+        const ids = this.ids.peek();
+        this.from = id;
+        this.set(ids.includes(id) ? ids.filter((one) => one !== id) : [...ids, id]);
+    }
+
+    /** All lines from where the last choice was. order: of the list. */
+    rangeTo(id: string, order: readonly string[]): void {
+        const began = [this.from, this.host.lamps.selected.peek(), id].find((one) => one !== null && order.includes(one)) ?? id;
+        const [a, b] = [order.indexOf(began), order.indexOf(id)];
+        this.from = began;
+        this.set(a <= b ? order.slice(a, b + 1) : order.slice(b, a + 1).reverse());
+    }
+
+    /** A click on the name of a lamp, or on its mark. order: of what a range goes over; absent: there is none. */
+    click(id: string, { ctrlKey, metaKey, shiftKey }: Modifiers, order?: readonly string[]): void {
+        const { selected } = this.host.lamps;
+        if (order && shiftKey) this.rangeTo(id, order);
+        else if (ctrlKey || metaKey || shiftKey) this.toggle(id);
+        else {
+            this.from = id;
+            selected.value = selected.value === id ? null : id;
+            if (selected.value === null) this.many.value = [];
+        }
+    }
+
+    clear(): void {
+        this.from = null;
+        this.many.value = [];
+        this.host.lamps.selected.value = null;
+    }
+
+    forgetIfGone(): void {
+        const left = this.many.peek().filter((id) => this.host.scene.peek(id));
+        if (left.length !== this.many.peek().length) this.many.value = left;
+    }
+
+    /** True: it is done, and said. */
+    async apply(ops: readonly Op[], said: string): Promise<boolean> {
+        if (ops.length === 0 || !(await this.host.edits.transaction([...ops]))) return false;
+        this.host.toasts.announce(said);
+        return true;
+    }
+
+    switchAll(): Promise<boolean> {
+        const lamps = this.records().filter(isLamp);
+        const on = !lamps.some(isOn);
+        return this.apply(fieldOfAll(lamps, '/on', on), `${inWords(lamps)} ${on ? 'on' : 'off'}`);
+    }
+
+    solo(): void {
+        const { view, toasts } = this.host;
+        const lamps = this.records().filter(isLamp).map((r) => r.id);
+        const { solo } = view.settings.peek();
+        const already = lamps.length > 0 && lamps.every((id) => solo.includes(id));
+        view.change({ solo: already ? [] : lamps });
+        toasts.announce(already ? 'All lamps that are on shine again' : `Only ${lamps.length === 1 ? `${lamps[0]} shines` : `${lamps.length} lamps shine`}, in your view alone`);
+    }
+
+    async remove(): Promise<void> {
+        const { scene, edits, toasts, lamps } = this.host;
+        if (this.many.peek().length === 0) {
+            if (lamps.selected.peek() !== null) await lamps.remove(lamps.selected.peek()!);
+            return;
+        }
+        const records = this.ids.peek().map((id) => scene.peek(id)).filter((r) => r !== undefined);
+        if (!(await edits.transaction(records.map((r) => ({ op: 'remove', id: r.id }))))) return;
+        const step = edits.step;
+        this.clear();
+        // Undo takes the last step back, and that may be another one by now. What came with a model is made by undo alone.
+        const again = records.filter((r) => r.type !== 'import').map((r) => addOf(r));
+        const back = (): void => void (edits.step === step ? edits.undo() : edits.transaction(again));
+        toasts.info(`Removed ${inWords(records)}`, [{ label: 'Undo', run: back }]);
+    }
+
+    /** Copies beside all of them, to the right as one sees it, and selected. */
+    async duplicate(): Promise<void> {
+        const { scene, edits, view, toasts, lamps } = this.host;
+        if (this.many.peek().length === 0) {
+            if (lamps.selected.peek() !== null) await lamps.duplicate(lamps.selected.peek()!);
+            return;
+        }
+        const records = this.records();
+        const { right } = basis(poseFromOrbit(view.orbit.peek()));
+        const at = records.filter(hasPlace).map((r) => dot(anchorOf(r), right));
+        const gap = Math.max(0, ...records.map(extentOf)) * 2.5;
+        const { ops, ids } = copyOps(records, scale(right, Math.max(...at) - Math.min(...at) + gap), (id) => scene.peek(id) !== undefined);
+        const left = records.length - ids.length;
+        if (left > 0) toasts.info(`${left} of them came with a model, which only an import makes again`);
+        if (ids.length === 0 || !(await edits.transaction(ops))) return;
+        this.set(ids);
+        toasts.announce(`Copied as ${ids.length} more, and selected them`);
+    }
+
+    /** Into the tiles of a ceiling over the floor. */
+    async intoTiles(tileM: number): Promise<void> {
+        const { call, onError, toasts } = this.host;
+        try {
+            const floor = await call('sensor.place', { border_m: 0 });
+            const ops = tileOps(this.records(), floor, tileM);
+            if (ops) await this.apply(ops, `In the middles of ${ops.length} tiles`);
+            else toasts.info('The ceiling has fewer tiles than that');
+        } catch (error) {
+            onError(error as Error);
+        }
+    }
+}
