@@ -12,7 +12,6 @@ import { Lazy } from './Lazy';
 import { DragGhost, LibraryPanel } from './LibraryPanel';
 import { LightList } from './LightList';
 import { MaterialPanel } from './MaterialPanel';
-import { PeoplePanel } from './PeoplePanel';
 import { PresetPanel } from './PresetPanel';
 import { SectionNav } from './SectionNav';
 import { SensorPanel } from './SensorPanel';
@@ -22,6 +21,7 @@ import { TopBar } from './TopBar';
 import { ViewPanel } from './ViewPanel';
 import { Viewport } from './Viewport';
 
+const peoplePanel = () => import('./PeoplePanel').then((m) => m.PeoplePanel);
 const selectionPanel = () => import('./SelectionPanel').then((m) => m.SelectionPanel);
 const startPage = () => import('./Projects').then((m) => m.StartPage);
 const projectsDialog = () => import('./Projects').then((m) => m.ProjectsDialog);
@@ -44,7 +44,7 @@ export function Layout() {
                 <SectionNav />
                 <Lazy when={app.selection.many.value.length > 0} load={selectionPanel} with={{}} />
                 <div class="sections">
-                    <PeoplePanel />
+                    <Lazy when={app.people.others.value.length > 0} load={peoplePanel} with={{}} />
                     <LightList />
                     <PresetPanel />
                     <LibraryPanel />

@@ -6,11 +6,14 @@ import { Banner } from './Banner';
 import { NOT_TO_MEASURE } from '../state/role';
 import { useApp } from './context';
 import { Icon } from './Icon';
-import { Legend } from './Legend';
+import { Lazy } from './Lazy';
 import { materialInWords } from './MaterialPanel';
 import { Overlay } from './Overlay';
 import { goTo } from './SectionNav';
-import { WipeLine, WipePictures } from './Wipe';
+
+const legend = () => import('./Legend').then((m) => m.Legend);
+const wipePictures = () => import('./Wipe').then((m) => m.WipePictures);
+const wipeLine = () => import('./Wipe').then((m) => m.WipeLine);
 
 /** A window being resized asks for a new picture only when it rests: the server starts anew for every size. */
 const RESIZE_REST_MS = 150;
@@ -50,13 +53,13 @@ export function Viewport() {
                 aria-label="Rendered view. Arrow keys orbit, plus and minus zoom, Enter measures the light in the middle, question mark lists all keys."
             >
                 <canvas ref={canvas} class={`picture ${app.comeback.isStale.value ? 'is-stale' : ''}`} />
-                <WipePictures />
+                <Lazy when={app.compare.sides.value !== null} load={wipePictures} with={{}} />
                 <Overlay />
                 <span class="reticle" aria-hidden="true" />
             </div>
-            <WipeLine />
+            <Lazy when={app.compare.sides.value !== null} load={wipeLine} with={{}} />
             <ReadingCard />
-            <Legend />
+            <Lazy when={app.view.settings.value.overlay !== 'none'} load={legend} with={{}} />
             <Modes />
             <Banner />
         </main>
