@@ -64,7 +64,7 @@ static void even_sky(void **state)
     struct rig r;
     rig_begin(&r, 0);
     struct lum_light_desc sky = {
-        .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 1, .on = true, .camera_visible = true};
+        .kind = &lum_light_kind_environment, .color = lum_grey(1), .intensity = 1, .on = true, .camera_visible = true};
     rig_light(&r, "sky", &sky);
     rig_camera(&r, rig_v(0.3, 0.2, 2.5), rig_v(0, 0, 0), 50);
     set_path(&r);
@@ -172,7 +172,7 @@ static void slab_in_the_sun(void **state)
         for (int below = 0; below < 2; below++) {
             struct rig r;
             rig_begin(&r, 0);
-            struct lum_light_desc sun = {.kind = LUM_LIGHT_DIRECTIONAL,
+            struct lum_light_desc sun = {.kind = &lum_light_kind_directional,
                                          .direction = {0.6, -0.8, 0},
                                          .color = lum_grey(1),
                                          .intensity = 100,
