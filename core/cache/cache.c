@@ -122,6 +122,7 @@ static enum lum_status update_vpls(struct lum_cache *cache, const struct lum_cac
         .max_bounces = cache->key.max_bounces,
         .seed = cache->key.seed,
         .media = cache->key.media,
+        .scatters = cache->key.scatters,
         .lobes_off = cache->key.lobes_off,
         .gloss = cache->key.gloss,
         .pool = u->pool,
@@ -238,7 +239,8 @@ bool lum_cache_key_equal(const struct lum_cache_key *a, const struct lum_cache_k
 {
     return a->kind == b->kind && a->storage == b->storage && a->n_vpls == b->n_vpls && a->n_sky == b->n_sky &&
            a->max_bounces == b->max_bounces && a->seed == b->seed && a->accuracy == b->accuracy &&
-           a->media == b->media && a->lobes_off == b->lobes_off && a->gloss == b->gloss && a->panes == b->panes;
+           a->media == b->media && a->scatters == b->scatters && a->lobes_off == b->lobes_off && a->gloss == b->gloss &&
+           a->panes == b->panes;
 }
 
 enum lum_status lum_cache_acquire(struct lum_caches *caches, const struct lum_cache_key *key,

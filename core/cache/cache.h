@@ -27,6 +27,7 @@ struct lum_cache_key {
     uint32_t n_vpls, max_bounces, seed; /* of the VPLs; n_vpls: rays of a hemisphere for kinds without */
     float accuracy;                     /* a of Ward: error that is let pass; less is finer */
     bool media;                         /* light is dimmed by media */
+    bool scatters;                      /* and goes on where they scatter it (struct lum_vpl_request) */
     uint32_t lobes_off;                 /* of LUM_VPL_LOBES: what light does not go on by */
     bool gloss;                         /* VPLs send on what glossy surfaces reflect (struct lum_vpl_request) */
     bool panes;                         /* there are panes, and light goes through them */

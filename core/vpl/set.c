@@ -123,6 +123,7 @@ static enum lum_status fill(struct lum_vpl_set *set, const struct lum_vpl_reques
     struct lum_vpl_set candidates = {.n = set->n_bounced * set->tries,
                                      .lobes_off = set->lobes_off,
                                      .gloss = set->gloss,
+                                     .scatters = set->scatters,
                                      .versions = set->versions,
                                      .portals = set->portals};
     status = alloc_arrays(&candidates, err);
@@ -146,6 +147,7 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
                               .tries = tries_of(rq),
                               .lobes_off = rq->lobes_off,
                               .gloss = rq->gloss,
+                              .scatters = rq->scatters,
                               .versions = lum_versions_seen(s, rq->media),
                               .valid = true};
     struct lum_vpl_kept *kept = set.tries > 1 ? lum_calloc(rq->n, sizeof *kept) : NULL;
@@ -201,7 +203,7 @@ enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_req
     uint32_t edits = lum_edits_of_versions(&set->versions, &now);
     bool same = set->valid && set->n_bounced == rq->n && set->n_sky == rq->n_sky &&
                 set->max_bounces == rq->max_bounces && set->seed == rq->seed && set->tries == tries_of(rq) &&
-                set->lobes_off == rq->lobes_off && set->gloss == rq->gloss &&
+                set->lobes_off == rq->lobes_off && set->gloss == rq->gloss && set->scatters == rq->scatters &&
                 !lum_is_stale(edits, LUM_PRODUCT_VPL_PATHS);
     bool same_power = !lum_is_stale(edits, LUM_PRODUCT_VPL_FLUX);
     if (same && (same_power || (lum_vpl_shares_serve(set, s) && lum_vpl_sky_serves(set, s)))) {

@@ -9,6 +9,7 @@
 #include "core/light/emit.h"
 #include "core/material/bsdf.h"
 #include "core/material/ggx.h"
+#include "core/medium/collide.h"
 #include "core/scene/surface.h"
 #include "core/trace/rays.h"
 #include "core/trace/stale.h"
@@ -258,18 +259,110 @@ static bool leave_one(struct lum_vpl_walk *w, const struct lum_vpl_path *path, c
     return true;
 }
 
+/* ---- fog ---- */
+
+/* A VPL in fog sends light to all sides. It stands for them as one that faces to a side drawn at random: the mean over
+ * the sides of a cosine is even. Where fog scatters forward the side is drawn forward, too, so that light goes on as
+ * far in the mean as by the phase function, whose mean cosine is g: that of the side times 2/3, which is that of a
+ * cosine lobe. */
+static struct lum_vec3 side_in_fog(float g, struct lum_vec3 d, struct lum_vec2 u)
+{
+    float of_side = lum_clamp(1.5f * g, -LUM_MEDIUM_G_MAX, LUM_MEDIUM_G_MAX);
+    return lum_phase_hg_sample(of_side, d, u);
+}
+
+/* Walks in fog go on as far as they have light, but from so many points on by chance: what is left of them counts more.
+ * In a room that is a few mean free paths wide most end at a surface before. */
+#define FOG_POINTS 16u
+#define FOG_SURVIVAL 0.8f
+
+/* The walk of a path through fog, from surface to surface, is one bounce and one VPL: half of the slots for each point
+ * would leave next to none for what fog that absorbs little scatters the tenth time. False: nobody needs the path any
+ * more. */
+static bool leave_fog(struct lum_vpl_walk *w, struct lum_vpl_path *path)
+{
+    if (path->fog.n_points == 0)
+        return true;
+    struct lum_surface s = {.p = path->fog.p, .instance = LUM_NO_OBJECT};
+    struct lum_rgb flux = path->flux;
+    uint32_t slot;
+    path->flux = path->fog.flux;
+    if (leave_vpl(w, path, &s, path->fog.n, lum_grey(1.0f), &slot))
+        set_lobe(w->set, slot, (struct lum_gloss_lobe){LOBE_LEAST, 1.0f, 1.0f}, path->fog.n, path->fog.wo, 0.0f);
+    path->flux = flux;
+    path->fog.n_points = 0;
+    return path->bounce++ != path->last;
+}
+
+/* Fog of asymmetry g scatters at p light of direction d. */
+static void add_point(struct lum_vpl_path *path, struct lum_vec3 p, float g, struct lum_vec3 d, struct lum_vec2 u_side,
+                      float u)
+{
+    struct lum_rgb before = path->fog.n_points++ > 0 ? path->fog.flux : lum_grey(0.0f);
+    path->fog.flux = lum_rgb_add(before, path->flux);
+    if (!(u * lum_luminance(path->fog.flux) < lum_luminance(path->flux)))
+        return;
+    path->fog.p = p;
+    path->fog.n = side_in_fog(g, d, u_side);
+    path->fog.wo = lum_v3_neg(d);
+}
+
+/* Ray i of the batch is dimmed, or scattered, up to where it ends. True: it is scattered, and goes on from there. Where
+ * that is does not depend on colours: paint moves no VPL. */
+static bool cross_fog(struct lum_vpl_walk *w, struct lum_vpl_path *path, uint32_t i, struct lum_vec3 d)
+{
+    struct lum_vec3 o = {w->rays.ox[i], w->rays.oy[i], w->rays.oz[i]};
+    float length = w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i];
+    if (path->n_segments == 0 && lum_light_is_from_afar(&w->snapshot->lights.lights[path->share]))
+        path->flux = lum_rgb_mul(path->flux, lum_media_transmittance(w->snapshot, o, lum_v3_neg(d), INFINITY));
+    struct lum_collider c = {.pass = 1.0f};
+    struct lum_collision hit;
+    uint32_t pair = PAIR_FOG + path->fog.n_rays++ * PAIRS_PER_FOG;
+    if (w->scatters && path->reaches == 0.0f)
+        lum_collider_init(&c, w->snapshot, o, d, length, lum_grey(1.0f));
+    if (c.n == 0 || !lum_collider_sample(&c, lum_sampler_2d(&path->sampler, pair), &hit)) {
+        path->flux = lum_rgb_mul(path->flux, lum_media_transmittance(w->snapshot, o, d, length));
+        path->flux = c.pass > 0.0f ? lum_rgb_scale(path->flux, 1.0f / c.pass) : lum_grey(0.0f);
+        return false;
+    }
+    float g = w->snapshot->media[hit.medium].g;
+    struct lum_vec3 p = lum_v3_mad(o, d, hit.t);
+    struct lum_vec2 chance = lum_sampler_2d(&path->sampler, pair + 3);
+    path->flux = lum_rgb_mul(path->flux, hit.weight);
+    bool far = !(lum_max(fabsf(p.x), lum_max(fabsf(p.y), fabsf(p.z))) <= LUM_RAY_LIMIT); /* nobody sees that */
+    if (!far && !lum_rgb_black(path->flux))
+        add_point(path, p, g, d, lum_sampler_2d(&path->sampler, pair + 1), chance.x);
+    if (path->fog.n_points > FOG_POINTS)
+        path->flux = lum_rgb_scale(path->flux, 1.0f / FOG_SURVIVAL);
+    if (far || lum_rgb_black(path->flux) || (path->fog.n_points > FOG_POINTS && chance.y >= FOG_SURVIVAL)) {
+        leave_fog(w, path);
+        return true;
+    }
+    path->found = true;
+    w->path[w->rays.n] = *path;
+    lum_rays_push(&w->rays, p, lum_phase_hg_sample(g, d, lum_sampler_2d(&path->sampler, pair + 2)), INFINITY);
+    return true;
+}
+
 /* Ray i of the batch came back. What escapes, or meets an emitter's shape or an unlit surface, is gone. */
 static void visit(struct lum_vpl_walk *w, uint32_t i)
 {
-    if (w->hits.object[i] == LUM_NO_OBJECT)
+    bool escapes = w->hits.object[i] == LUM_NO_OBJECT;
+    if (escapes && !w->scatters)
         return;
     struct lum_vpl_path path = w->path[i];
     struct lum_vec3 d = lum_rays_direction(&w->rays, i), wo = lum_v3_neg(d);
     if (path.looks_out) {
-        lum_vpl_send_light(w, path, i, d);
+        if (!escapes)
+            lum_vpl_send_light(w, path, i, d);
         return;
     }
-    if (path.reaches > 0.0f && fabsf(w->hits.t[i] - path.reaches) > LUM_VPL_SAME_PLACE) /* something is in the way */
+    if (path.reaches > 0.0f &&
+        !(fabsf(w->hits.t[i] - path.reaches) <= LUM_VPL_SAME_PLACE)) /* something is in the way */
+        return;
+    if (w->media && (cross_fog(w, &path, i, d) || !leave_fog(w, &path)))
+        return;
+    if (escapes)
         return;
     struct lum_surface s;
     lum_snapshot_surface(w->snapshot, &w->hits, i, d, &s);
@@ -279,11 +372,6 @@ static void visit(struct lum_vpl_walk *w, uint32_t i)
         lum_vpl_weigh_by_looks(w, &path, &s, d);
     path.reaches = 0.0f;
     const struct lum_material *m = &w->snapshot->materials[s.material];
-    if (w->media) {
-        bool from_afar = path.n_segments == 0 && lum_light_is_from_afar(&w->snapshot->lights.lights[path.share]);
-        float length = from_afar ? INFINITY : w->hits.t[i];
-        path.flux = lum_rgb_mul(path.flux, lum_media_transmittance(w->snapshot, s.p, wo, length));
-    }
     if (s.backface)
         path.flux = lum_rgb_mul(path.flux, lum_material_transmittance(m, w->hits.t[i]));
     struct lum_bsdf b;
@@ -390,6 +478,7 @@ static void emit_batch(void *ctx, uint32_t batch, struct lum_counters *counters)
     w.set = emission->set;
     w.counters = counters;
     w.media = emission->set->versions.medium != 0;
+    w.scatters = w.media && emission->set->scatters;
     uint32_t first = batch * LUM_RAY_BATCH, left = w.plan->n_paths - first;
     walk_batch(&w, first, left < LUM_RAY_BATCH ? left : LUM_RAY_BATCH);
 }

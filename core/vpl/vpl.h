@@ -67,7 +67,7 @@ struct lum_vpl_set {
     /* what it was made for */
     uint32_t max_bounces, seed, tries;
     uint32_t lobes_off;
-    bool gloss;
+    bool gloss, scatters;
     struct lum_portals portals; /* n 0: none, or nobody asked for tries */
     float per_portal; /* points in each cell of them, in the last LUM_VPL_PORTALS slots; less than 1: in some */
     uint32_t sky;     /* the environment of the last n_sky slots; LUM_NO_OBJECT: they are empty */
@@ -122,6 +122,7 @@ struct lum_vpl_request {
     uint32_t max_bounces; /* diffuse bounces of a path; 0: no VPLs. A path of lum_view_settings.max_depth d has d - 1 */
     uint32_t seed;
     bool media;            /* paths are dimmed by the snapshot's media */
+    bool scatters;         /* and scattered: VPLs are in fog, too */
     uint32_t lobes_off;    /* of LUM_VPL_LOBES, effects that are left out: paths end where they would go on by them */
     bool gloss;            /* VPLs send on what glossy reflection does, too, by its lobe. The thesis leaves it out */
     struct lum_pool *pool; /* may be NULL */

@@ -23,6 +23,8 @@ struct lum_surface;
 enum { PAIR_POSITION = 0, PAIR_DIRECTION = 1, PAIR_BSDF = 2, PAIR_LOBE = 3, PAIRS_PER_SEGMENT = 2 };
 /* And further ones, of what portals see. */
 enum { PAIR_SKY = 1000, PAIR_PORTAL = 1001 };
+/* And of segments in fog. */
+enum { PAIR_FOG = 2000, PAIRS_PER_FOG = 4 };
 
 struct lum_vpl_path {
     struct lum_rgb flux;    /* as if the light had this one path only; per unit of power */
@@ -36,6 +38,13 @@ struct lum_vpl_path {
     float density;            /* of light from afar: lum_light_ray.density */
     struct lum_portal_hit by; /* of a look: the cell, and how it looks */
     bool found; /* by paths from the eye, too: it began at a lamp with an extent, or met what spreads light */
+    /* Of a walk in fog: the sum of what is scattered at each of its points, and one of these, drawn in proportion to
+     * that, which the VPL of all of them is at. Not yet left: fog.n_points > 0 */
+    struct {
+        uint32_t n_points, n_rays; /* rays: of all walks, each has numbers of its own */
+        struct lum_rgb flux;
+        struct lum_vec3 p, n, wo; /* n: side that it faces to */
+    } fog;
     struct lum_sampler sampler;
 };
 
@@ -46,7 +55,8 @@ struct lum_vpl_walk {
     const struct lum_vpl_plan *plan;
     struct lum_vpl_set *set;
     struct lum_counters *counters;
-    bool media; /* there are some, and they count */
+    bool media;    /* there are some, and they count */
+    bool scatters; /* and what they scatter goes on */
     struct lum_rays rays;
     struct lum_hits hits;
     struct lum_vpl_path path[LUM_RAY_BATCH];

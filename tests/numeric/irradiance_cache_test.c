@@ -298,7 +298,8 @@ static struct mean irradiance_by_paths(const struct rig *r, struct lum_vec3 p, s
     struct mean mean = {0};
     for (uint32_t seed = 0; seed < 64; seed++) {
         struct lum_wave w;
-        lum_wave_begin(&w, r->snapshot, &counters, depth, 0);
+        /* what fog scatters to surfaces is in no record of a hemisphere */
+        lum_wave_begin(&w, r->snapshot, &counters, depth, LUM_EFFECT_BIT(LUM_EFFECT_SCATTERING));
         for (uint32_t i = 0; i < LUM_RAY_BATCH; i++)
             lum_wave_add_vertex(&w, i, lum_sampler_at(1, 2, i, seed), p, &white, n);
         lum_wave_run(&w, 1);

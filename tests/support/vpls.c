@@ -7,6 +7,7 @@ struct lum_vpl_request vpls_request(struct vpls *v, const struct rig *r)
                                     .max_bounces = v->max_bounces,
                                     .seed = v->seed,
                                     .media = v->media,
+                                    .scatters = v->scatters,
                                     .gloss = v->gloss,
                                     .pool = r->pool,
                                     .counters = &v->counters,

@@ -11,7 +11,7 @@ struct vpls {
     struct lum_vpl_set set;
     struct lum_counters counters;
     uint32_t n, max_bounces, seed;
-    bool media, gloss;
+    bool media, scatters, gloss;
     uint32_t tries;
 };
 

@@ -45,6 +45,8 @@ static struct lum_cache_key cache_key(const struct lum_pass *pass)
         .seed = set->seed,
         .accuracy = set->cache_accuracy,
         .media = pass->on[LUM_EFFECT_MEDIA],
+        .scatters = set->method->cache->gloss && pass->on[LUM_EFFECT_MEDIA] &&
+                    !(set->effects_off & LUM_EFFECT_BIT(LUM_EFFECT_SCATTERING)),
         .lobes_off = pass->settings->effects_off & LUM_VPL_LOBES,
         .gloss = set->method->cache->gloss,
         .panes = lum_pass_panes(pass),
