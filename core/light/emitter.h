@@ -55,6 +55,7 @@ struct lum_emitter_row {
     bool from_afar;           /* it is nowhere */
     bool flat;                /* it shines from one side of the plane through p */
 };
+
 /* ---- emitters with area (light.c) ---- */
 
 /* Solid-angle pdf of a point sampled uniformly over area. 0 when it is not lit from there, or not finite. */

@@ -1,6 +1,5 @@
 /* Whose pairs of a sampler are whose (lum_sampler_2d). Who draws for the same pixel and sample as another takes pairs
- * of its own, or the noise of both agrees: a new effect begins at
- * LUM_PAIRS_OF_EFFECT. */
+ * of its own, or the noise of both agrees: a new effect begins at LUM_PAIRS_OF_EFFECT. */
 #ifndef LUM_CORE_MATH_SAMPLER_PAIRS_H
 #define LUM_CORE_MATH_SAMPLER_PAIRS_H
 
@@ -22,6 +21,6 @@
 #define LUM_PAIRS_MARCH 0xc0000000u /* fog of ais, by light and step */
 
 /* 2^16 for each effect: from here up to 0x80000000 all that have no line above. */
-#define LUM_PAIRS_OF_EFFECT(e) (0x60000000u + ((uint32_t)(e) << 16))
+#define LUM_PAIRS_OF_EFFECT(e) (0x70000000u + ((uint32_t)(e) << 16))
 
 #endif

@@ -1,3 +1,4 @@
+/* Where fog scatters a path: stretches of a ray, samples of one colour among three, directions. */
 #include "core/medium/collide.h"
 
 #include "core/scene/snapshot.h"
@@ -127,7 +128,8 @@ bool lum_collider_sample(const struct lum_collider *c, struct lum_vec2 u, struct
     if (c->n == 0)
         return false;
     int k = pick_colour(c, &u.x);
-    float left = -log1pf(-(u.y + 0x1p-25f)); /* depth at which it is scattered; in the middle of u's step, and not 0 */
+    /* Depth at which it is scattered; about in the middle of u's step, not 0, and not endless. */
+    float left = -log1pf(-lum_min(u.y + 0x1p-25f, 0x1.fffffep-1f));
     for (uint32_t i = 0; i < c->n; i++) {
         float sigma = of_colour(c->sigma_s[i], k), whole = depth(sigma, c->t[i + 1] - c->t[i]);
         if (!(left < whole)) {

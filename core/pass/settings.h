@@ -15,8 +15,10 @@ struct lum_view_settings {
     uint32_t w, h;
     const struct lum_method *method;
     uint32_t seed;
-    uint32_t max_spp;   /* progressive methods stop here; 0: never */
-    uint32_t max_depth; /* path segments after the first hit, of every method; roulette ends nearly all paths before */
+    uint32_t max_spp; /* progressive methods stop here; 0: never */
+    /* Path segments after the first hit, of every method; roulette ends nearly all paths before. The first 16 times
+     * that fog scatters a path of `path` count, further ones do not. */
+    uint32_t max_depth;
     uint32_t shadow_samples; /* per area light and pixel in deferred methods: 1, 4, 9 or 16 */
     uint32_t shadow_budget;  /* rays that a frame of `live` may add where shadows are soft; 0: none */
     size_t layers_bytes;     /* of buffers light by light (effect/direct/layers.h) */

@@ -5,8 +5,8 @@
 #include "core/math/sampler.h"
 #include "core/medium/collide.h"
 
-/* Of a path that fog has scattered: on which segment, and where. What a light sends there straight is
- * sampled in another way, too (lum_medium_scatter), against which a light that the path meets is weighted. */
+/* Of a path that fog has scattered: on which segment, and where. What a light sends there straight is sampled in
+ * another way, too (lum_medium_scatter), against which a light that the path meets is weighted. */
 struct lum_path_origin {
     struct lum_vec3 o, d;
     float tmax, t;

@@ -71,7 +71,7 @@ struct lum_path_guide;
 struct lum_path_guide_note {
     uint32_t cell, bin;
     float scale;     /* from luminance in the picture to what arrived, times its cosine, over the direction's density */
-    float before;    /* luminance that the path had brought home when this segment ended; below 0: that is to be */
+    float before;    /* luminance that the path had brought home when this segment began; below 0: that is to be */
     float pdf_sa;    /* of the direction */
     float pdf_ratio; /* the same over that without guiding */
 };

@@ -72,9 +72,8 @@ static void note_emission(struct lum_path_guide_notes *notes, const struct lum_p
         notes->emitted[path->slot] += lum_luminance(value);
 }
 
-/* Radiance inside a solid is
- * denser by the square of the refractive index; the throughput that decides is without that factor, which the way out
- * takes back, or half of the paths would die inside clear glass. */
+/* Radiance inside a solid is denser by the square of the refractive index; the throughput that decides is without that
+ * factor, which the way out takes back, or half of the paths would die inside clear glass. */
 bool lum_wave_roulette(const struct lum_wave *w, struct lum_path *path, uint32_t depth)
 {
     if (depth < w->roulette_depth)
@@ -254,8 +253,6 @@ static void shade_end(struct lum_wave *w, uint32_t i, uint32_t depth)
 /* Ray i of the batch came back. One path goes on from it at most: from its end, or from fog before that. */
 static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
 {
-    if (w->notes)
-        note_segment(w, w->path[i].slot);
     bool in_fog = w->in_fog && w->fog[i].scatters;
     if (!in_fog || w->fog[i].seen)
         shade_end(w, i, depth);
@@ -385,6 +382,8 @@ void lum_wave_step(struct lum_wave *w, uint32_t depth)
     for (uint32_t i = 0; w->segments_met && i < n; i++)
         lum_wave_add_segment(w, &w->rays, i, w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i],
                              w->path[i].slot);
+    for (uint32_t i = 0; w->notes && i < n; i++) /* before fog on the segment brings its light home */
+        note_segment(w, w->path[i].slot);
     w->in_fog = w->scatters && !w->hits.white;
     if (w->media && !w->hits.white)
         lum_wave_cross_media(w, depth);

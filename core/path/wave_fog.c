@@ -91,7 +91,7 @@ void lum_wave_cross_media(struct lum_wave *w, uint32_t depth)
                         !lum_rgb_black(path->throughput);
         if (collides)
             lum_collider_init(&c, q.snapshot, q.o, q.d, q.tmax, path->throughput);
-        if (collides || (path->seen && depth < w->max_depth))
+        if (collides ? c.n > 0 : path->seen && depth < w->max_depth)
             for (q.medium = 0; q.medium < w->snapshot->n_media; q.medium++)
                 queue_scatter(w, path, q, depth, collides ? &c : NULL);
         if (collides) {

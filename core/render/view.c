@@ -164,6 +164,19 @@ static void forget_noise(struct lum_view *v)
         v->noise[e] = (double)NAN;
 }
 
+/* Effects that fog alone calls for, where what it scatters is left out, or the method's frames have none of it: there
+ * is nothing to compute. Of caches that have the light of gloss it is in the indirect light of surfaces. */
+static uint32_t fogs_alone(const struct lum_view *v, const struct lum_view_settings *s, bool frame)
+{
+    uint32_t by_fog = v->demand.by_fog & ~s->effects_on;
+    if (s->effects_off & (LUM_EFFECT_BIT(LUM_EFFECT_SCATTERING) | LUM_EFFECT_BIT(LUM_EFFECT_MEDIA)))
+        return by_fog;
+    if (!frame || s->method->serves[LUM_EFFECT_SCATTERING])
+        return 0;
+    bool in_cache = s->method->cache && s->method->cache->gloss;
+    return in_cache ? by_fog & ~LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) : by_fog;
+}
+
 /* Derives the demand and starts the film anew if anything that it shows changed. Tiles keep the older picture until
  * their first new sample. */
 static void refresh_film(struct lum_view *v, struct lum_pass *pass)
@@ -189,11 +202,13 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
     v->rendered = true;
     v->chosen = v->demand;
     /* On a white surface light arrives by way of others even if no other scatters it evenly. */
-    bool called = pass->settings->illuminance && !v->demand.on[LUM_EFFECT_INDIRECT_DIFFUSE];
+    uint32_t indirect = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE), alone = fogs_alone(v, pass->settings, true);
+    bool called = pass->settings->illuminance && (!v->demand.on[LUM_EFFECT_INDIRECT_DIFFUSE] || (alone & indirect));
     lum_demand_choose(&v->chosen, pass->settings->antialias, pass->settings->effects_off,
-                      pass->settings->effects_on | (called ? LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) : 0));
+                      pass->settings->effects_on | (called ? indirect : 0));
+    alone &= called ? ~indirect : UINT32_MAX;
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
-        pass->on[e] = v->chosen.on[e] && lum_method_serves(pass->settings->method, e);
+        pass->on[e] = v->chosen.on[e] && lum_method_serves(pass->settings->method, e) && !(alone & LUM_EFFECT_BIT(e));
 }
 
 /* Samples that every pixel has. The fast frame of a method that refines counts as one. */
@@ -322,8 +337,9 @@ static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass 
     pass.film = &r->truth;
     pass.tile_spp = r->tile_spp;
     pass.target_spp = spp + 1;
+    uint32_t alone = fogs_alone(v, pass.settings, false);
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
-        pass.on[e] = v->chosen.on[e];
+        pass.on[e] = v->chosen.on[e] && !(alone & LUM_EFFECT_BIT(e));
     if (!r->owed) {
         status = run_samples(v, &pass, runner);
         spp = pass.target_spp;

@@ -293,7 +293,7 @@ void lum_light_kind_resolve(const struct lum_light_desc *d, const struct lum_nor
     bool in_candela = row->emitter->unit == LUM_POWER_INTENSITY;
     l->kind = row->emitter;
     l->falloff = row->falloff;
-    l->delta = row->emitter->unit != LUM_POWER_LUMINANCE;
+    l->delta = row->emitter->unit != LUM_POWER_LUMINANCE; /* those that open up are not, then (open_up) */
     l->power = lum_rgb_scale(d->color, (float)(d->intensity * (in_candela ? norm->scale * norm->scale : 1.0)));
     l->power = lum_rgb(bounded_power(l->power.r), bounded_power(l->power.g), bounded_power(l->power.b));
     if (!from_afar(row))

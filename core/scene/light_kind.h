@@ -21,6 +21,7 @@ struct lum_light_kind_row {
     void (*resolve)(const struct lum_light_desc *d, double scale, struct lum_light *inout);
     double (*flux)(const struct lum_light_desc *d); /* lm of intensity 1. NULL: it has none to tell */
 };
+
 /* Its shape and power at render time, of a row that has been checked. */
 void lum_light_kind_resolve(const struct lum_light_desc *d, const struct lum_normalisation *norm,
                             struct lum_light *ret_light);

@@ -20,6 +20,7 @@ void lum_demand_derive(const struct lum_snapshot *snapshot, struct lum_demand *r
 
 void lum_demand_call(struct lum_demand *d, enum lum_effect effect, const char *id, const char *why)
 {
+    d->by_fog &= ~LUM_EFFECT_BIT(effect);
     if (d->on[effect])
         return;
     d->on[effect] = true;
@@ -46,7 +47,8 @@ void lum_demand_by_surface(const struct lum_sights *see, const struct lum_effect
                            struct lum_demand *d)
 {
     const struct lum_snapshot *s = see->snapshot;
-    bool anything = see->each_other || (row->lamps_count && see->shining) || (row->glow_counts && see->glowing);
+    bool without_fog = see->each_other || (row->lamps_count && see->shining) || (row->glow_counts && see->glowing);
+    bool anything = without_fog || see->fog, was_on = d->on[effect];
     const char *refused = row->why_not;
     for (uint32_t i = 0; i < s->n_instances; i++) {
         if (!(lum_material_scatter(&s->materials[s->instances[i].material]) & row->scatter))
@@ -56,6 +58,8 @@ void lum_demand_by_surface(const struct lum_sights *see, const struct lum_effect
         refused = see->lit ? see->alone : "no light is on";
     }
     lum_demand_refuse(d, effect, refused);
+    if (d->on[effect] && !was_on && !without_fog)
+        d->by_fog |= LUM_EFFECT_BIT(effect);
 }
 
 struct lum_sights lum_sights_of(const struct lum_snapshot *s)
@@ -73,7 +77,7 @@ struct lum_sights lum_sights_of(const struct lum_snapshot *s)
         sights.shining = sights.shining || !s->lights.lights[s->lights.active[a]].delta;
     for (uint32_t i = 0; i < s->n_media && sights.lit; i++)
         sights.glowing = sights.glowing || !lum_rgb_black(s->media[i].sigma_s);
-    sights.each_other = sights.each_other || sights.glowing; /* fog sends on what surfaces send, and lights them */
+    sights.fog = sights.glowing;
     for (uint32_t i = 0; i < s->n_instances; i++)
         sights.glowing = sights.glowing || s->materials[s->instances[i].material].unlit;
     return sights;

@@ -8,6 +8,7 @@
 /* What the snapshot calls for, and why: the first thing that does, or why nothing does. */
 struct lum_demand {
     bool on[LUM_EFFECT_COUNT];
+    uint32_t by_fog; /* bits LUM_EFFECT_BIT: nothing but light that fog scatters calls for these */
     char why[LUM_EFFECT_COUNT][LUM_ID_MAX + 64];
 };
 
@@ -15,7 +16,8 @@ struct lum_demand {
 struct lum_sights {
     const struct lum_snapshot *snapshot;
     bool lit;          /* some light is on */
-    bool each_other;   /* and there are surfaces that may see one another, or fog that scatters light */
+    bool each_other;   /* and there are surfaces that may see one another */
+    bool fog;          /* and there is fog that scatters: it sends on what surfaces send, and lights them */
     bool shining;      /* something that shines has a body, or is all around: it shows in glossy surfaces, not only in
                           mirrors */
     bool glowing;      /* something shows in mirrors and through glass only: unlit surfaces, fog that is lit */

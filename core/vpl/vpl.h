@@ -5,7 +5,8 @@
  * Which path of which light fills which slot never changes (share.h): a VPL moves only when something on its own path
  * does.
  *
- * With gloss, what mirrors and glass send on leaves VPLs as well, with lobes; each counts as a bounce of its path.
+ * What fog scatters to surfaces is in the set, too, where that is asked for: VPLs stand in it. With gloss, what mirrors
+ * and glass send on leaves VPLs as well, with lobes; each counts as a bounce of its path.
  *
  * The mean over seeds is exact up to max_bounces, but for two things: a VPL sends out evenly what a coated surface
  * reflects a little less at grazing angles, and interpolated normals bend how light goes on, not how much arrives.
@@ -59,7 +60,7 @@ struct lum_vpl_set {
     float *wx, *wy, *wz; /* unit, to where the light came from */
     float *alpha, *f0, *f90; /* of the lobe; reflectances over its albedo for w */
     uint32_t *light;         /* index in the light table; LUM_NO_OBJECT: empty slot */
-    uint32_t *object, *prim; /* what it lies on, as in struct lum_hits */
+    uint32_t *object, *prim; /* what it lies on, as in struct lum_hits; LUM_NO_OBJECT: it is in fog */
     uint32_t n_moved;        /* slots that the last lum_vpl_update filled, emptied, or put elsewhere */
     uint64_t *moved;         /* the same, a bit for each slot, lum_vpl_words(n) words; NULL: empty */
     float spacing;           /* r_v: the radius of the area that one VPL stands for, scene units: the median,

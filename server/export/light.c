@@ -212,7 +212,8 @@ void lum_export_light(struct lum_exporting *x, const struct lum_record *r)
         lum_glb_fail(x->glb, &err);
         return;
     }
-    if (d.kind == &lum_light_kind_environment || d.kind == &lum_light_kind_sky) {
+    bool no_flux = d.kind->emitter->unit == LUM_POWER_LUMINANCE && !d.kind->flux; /* glTF would have to be told one */
+    if (d.kind == &lum_light_kind_environment || d.kind == &lum_light_kind_sky || no_flux) {
         keep_record(x, r);
         return;
     }

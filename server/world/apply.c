@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "core/math/color.h"
-#include "core/medium/medium.h"
 #include "core/light/emitter.h"
+#include "core/medium/medium.h"
 #include "core/scene/light_kind.h"
 #include "core/scene/shapes.h"
 #include "protocol/record/aim.h"

@@ -3,8 +3,8 @@
 #include <stdlib.h>
 
 #include "core/scene/shapes.h"
-#include "tests/support/webs.h"
 #include "server/world/light_kinds.h"
+#include "tests/support/webs.h"
 
 /* ---- picks ---- */
 
