@@ -89,12 +89,12 @@ static cJSON *describe(const struct lum_session *s)
 }
 
 /* Everybody in the project, as they stand now. NULL: memory is short. */
-static struct lum_text *picture_of(const struct lum_sessions *t, const struct lum_project *p)
+static struct lum_text *picture_of(struct lum_sessions *t, const struct lum_project *p)
 {
     cJSON *params = cJSON_CreateObject(), *people = cJSON_CreateArray();
     bool ok = people != NULL;
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS && ok; i++)
-        if (t->slots[i].project == p && lum_session_is_here(&t->slots[i]))
+        if (t->slots[i].project == p && !lum_session_outstayed(&t->slots[i]) && lum_session_is_here(&t->slots[i]))
             ok = lum_json_add(people, NULL, describe(&t->slots[i]));
     ok = lum_json_add(params, "people", people) && ok;
     if (!ok) {
@@ -104,7 +104,8 @@ static struct lum_text *picture_of(const struct lum_sessions *t, const struct lu
     return lum_text_create(lum_rpc_notification("presence", params));
 }
 
-/* Tells all of one project that are due; one text serves them. What cannot be made is tried again the next time. */
+/* Tells all of one project that are due; one text serves them: whom that found to be over hears nothing. What cannot be
+ * made is tried again the next time. */
 static void tell_project(struct lum_sessions *t, const struct lum_project *p, int64_t now_ns)
 {
     struct lum_text *text = picture_of(t, p);
