@@ -4,6 +4,7 @@
 #define LUM_SERVER_NET_PRESENCE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "protocol/record/types.h"
@@ -21,6 +22,8 @@ struct lum_presence {
     bool listens; /* it has said where it is, and hears of the others */
     bool stale;   /* there is something that it has not heard */
     int64_t told_ns;
+    /* The news that it was told last, and of tiles what was sent since then. */
+    size_t text_bytes, tile_bytes;
 };
 
 /* presence.set. NULL: err says why. */

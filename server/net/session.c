@@ -564,6 +564,7 @@ static bool next_tile(struct lum_session *s, struct lum_message *m)
         m->body = tile.blob->bytes;
         m->n_body = tile.blob->n_bytes;
         s->sending_tile = tile.blob;
+        s->presence.tile_bytes += tile.blob->n_bytes;
         s->table->config.counters->tiles_sent++;
         if (tile.header.flags & LUM_FRAME_LAST_TILE)
             wake_director(s, stream);

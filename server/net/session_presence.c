@@ -104,6 +104,26 @@ static struct lum_text *picture_of(struct lum_sessions *t, const struct lum_proj
     return lum_text_create(lum_rpc_notification("presence", params));
 }
 
+/* Older text comes first, and the picture has as many bytes as the news: texts go before tiles, and on a line that
+ * takes longer for one than it is until the next there would be nothing but news. */
+static bool is_slow(const struct lum_session *s)
+{
+    if (s->text.first || s->sending_text)
+        return true;
+    for (uint32_t i = 0; i < s->n_streams; i++)
+        if (lum_stream_pending(s->streams[i]))
+            return s->presence.tile_bytes < s->presence.text_bytes;
+    return false;
+}
+
+static void tell(struct lum_session *s, struct lum_text *text)
+{
+    s->presence.stale = false;
+    s->presence.text_bytes = text->n_bytes;
+    s->presence.tile_bytes = 0;
+    lum_session_queue_text(s, text);
+}
+
 /* Tells all of one project that are due; one text serves them: whom that found to be over hears nothing. What cannot be
  * made is tried again the next time. */
 static void tell_project(struct lum_sessions *t, const struct lum_project *p, int64_t now_ns)
@@ -114,10 +134,8 @@ static void tell_project(struct lum_sessions *t, const struct lum_project *p, in
         if (s->project != p || !s->presence.stale || !hears(s) || now_ns - s->presence.told_ns < TOLD_EVERY_NS)
             continue;
         s->presence.told_ns = now_ns;
-        if (!text || s->text.first)
-            continue; /* a slow line has older text to bring first: it hears of what is newest then */
-        s->presence.stale = false;
-        lum_session_queue_text(s, text);
+        if (text && !is_slow(s)) /* else it hears of what is newest then */
+            tell(s, text);
     }
     lum_text_unref(text);
 }

@@ -96,10 +96,100 @@ static void who_has_outstayed_hears_nothing_and_is_not_there(void **state)
     assert_int_equal(lum_session_close_now(bob), LUM_CLOSE_REVOKED);
 }
 
+static struct lum_stream *add_view(struct fixture *f, struct lum_session *s, uint32_t view_id)
+{
+    struct lum_out *o = lum_calloc(1, sizeof *o);
+    struct lum_stream *stream = lum_stream_create(view_id, 1);
+    assert_true(o && stream);
+    *o = (struct lum_out){.kind = LUM_OUT_VIEW_OPENED, .session = s->ref, .stream = lum_stream_ref(stream)};
+    *f->director.last = o;
+    f->director.last = &o->next;
+    lum_sessions_deliver(f->sessions);
+    return stream;
+}
+
+/* There is always a tile that waits, and the client has all that was sent. */
+static void keep_pending(struct lum_stream *stream, uint64_t *seq, uint32_t n_bytes)
+{
+    if (lum_stream_pending(stream))
+        return;
+    struct lum_encoded_tile *tile = lum_encoded_tile_create(n_bytes);
+    assert_non_null(tile);
+    (void)lum_stream_ack(stream, *seq, 0);
+    tile->header.frame_seq = ++*seq;
+    assert_true(lum_stream_publish(stream, *seq, &tile));
+}
+
+/* A line that is busy with a message for so many steps of 30 ms, and then takes the next one: what goes over it. */
+struct line {
+    int busy, gap, left;
+    bool sends;
+    uint32_t n_news, n_tiles;
+    size_t news_bytes, tile_bytes; /* of the news before, and of tiles since */
+};
+
+static void take_next(struct line *line, struct lum_session *s)
+{
+    struct lum_message m;
+    line->sends = lum_session_next(s, &m);
+    assert_true(line->sends);
+    line->left = line->busy;
+    if (m.binary) {
+        line->n_tiles++;
+        line->tile_bytes += m.n_body;
+        return;
+    }
+    if (line->n_news++ > 0 && line->tile_bytes < line->news_bytes)
+        fail_msg("%zu bytes of tiles between news, the first of %zu", line->tile_bytes, line->news_bytes);
+    line->news_bytes = m.n_body;
+    line->tile_bytes = 0;
+}
+
+static void turn(struct line *line, struct lum_session *s)
+{
+    if (--line->left > 0)
+        return;
+    if (line->sends) { /* the kernel has it all, and takes more after a while */
+        lum_session_sent(s);
+        line->sends = false;
+        line->left = line->gap;
+    }
+    if (line->left <= 0)
+        take_next(line, s);
+}
+
+/* Others move all the time, and the line takes as long for each message as the test says, with each length of the
+ * moment in which the kernel has one whole and takes no more: the picture has half of it, or more. */
+static void tiles_go_out_between_news_on_a_slow_line(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_session *ann = come(f), *bob = come(f);
+    struct lum_stream *stream = add_view(f, ann, 1);
+    uint64_t seq = 0;
+    int64_t now_ns = BEGIN_NS;
+    for (int k = 0; k < 7 * 7; k++) {
+        struct line line = {.busy = 1 + k / 7, .gap = k % 7};
+        ann->presence.text_bytes = ann->presence.tile_bytes = 0;
+        for (int i = 0; i < 400; i++, now_ns += 30000000) {
+            keep_pending(stream, &seq, 100);
+            lum_session_stir(bob);
+            (void)lum_sessions_tell_presence(f->sessions, now_ns);
+            read_all(bob);
+            turn(&line, ann);
+        }
+        if (line.sends)
+            lum_session_sent(ann);
+        read_all(ann);
+        assert_true(line.n_news > 2 && line.n_tiles > 2);
+    }
+    lum_stream_unref(stream);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(who_has_outstayed_hears_nothing_and_is_not_there, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(tiles_go_out_between_news_on_a_slow_line, set_up, tear_down),
     };
     return cmocka_run_group_tests_name("session_presence", tests, NULL, NULL);
 }
