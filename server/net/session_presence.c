@@ -55,9 +55,9 @@ struct cJSON *lum_session_be_present(struct lum_session *s, const struct lum_rpc
 
 /* ---- what is told ---- */
 
-static bool hears(const struct lum_session *s)
+static bool waits(const struct lum_session *s)
 {
-    return s->presence.listens && s->project && lum_session_is_here(s);
+    return s->presence.stale && s->presence.listens && s->project && lum_session_is_here(s);
 }
 
 void lum_session_stir(const struct lum_session *s)
@@ -70,7 +70,7 @@ void lum_session_stir(const struct lum_session *s)
 bool lum_sessions_presence_waits(const struct lum_sessions *t)
 {
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
-        if (t->slots[i].presence.stale && hears(&t->slots[i]))
+        if (waits(&t->slots[i]))
             return true;
     return false;
 }
@@ -124,34 +124,35 @@ static void tell(struct lum_session *s, struct lum_text *text)
     lum_session_queue_text(s, text);
 }
 
-/* Tells all of one project that are due; one text serves them: whom that found to be over hears nothing. What cannot be
- * made is tried again the next time. */
-static void tell_project(struct lum_sessions *t, const struct lum_project *p, int64_t now_ns)
+/* Tells all of one project that are due; one text serves them, which the first who takes it has made. Whom it does not
+ * reach hears of what is newest the next time. */
+static void tell_project(struct lum_sessions *t, const struct lum_project *p, int64_t tick)
 {
-    struct lum_text *text = picture_of(t, p);
+    struct lum_text *text = NULL;
+    bool made = false; /* text is NULL all the same where memory was short */
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++) {
         struct lum_session *s = &t->slots[i];
-        if (s->project != p || !s->presence.stale || !hears(s) || now_ns - s->presence.told_ns < TOLD_EVERY_NS)
+        if (s->project != p || !waits(s) || s->presence.told_tick == tick || lum_session_outstayed(s))
             continue;
-        s->presence.told_ns = now_ns;
-        if (text && !is_slow(s)) /* else it hears of what is newest then */
+        s->presence.told_tick = tick;
+        if (is_slow(s))
+            continue;
+        if (!made)
+            text = picture_of(t, p);
+        made = true;
+        if (text)
             tell(s, text);
     }
     lum_text_unref(text);
 }
 
+/* All are told by the ticks of one clock: what everybody moves between two of them is put into words once, not for
+ * each who listens. */
 int64_t lum_sessions_tell_presence(struct lum_sessions *t, int64_t now_ns)
 {
-    int64_t wait_ns = INT64_MAX;
-    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++) {
-        const struct lum_session *s = &t->slots[i];
-        if (!s->presence.stale || !hears(s))
-            continue;
-        if (now_ns - s->presence.told_ns >= TOLD_EVERY_NS)
-            tell_project(t, s->project, now_ns);
-        int64_t left_ns = s->presence.told_ns + TOLD_EVERY_NS - now_ns;
-        if (s->presence.stale && left_ns < wait_ns)
-            wait_ns = left_ns;
-    }
-    return wait_ns;
+    int64_t tick = now_ns / TOLD_EVERY_NS;
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
+        if (waits(&t->slots[i]) && t->slots[i].presence.told_tick != tick)
+            tell_project(t, t->slots[i].project, tick);
+    return lum_sessions_presence_waits(t) ? (tick + 1) * TOLD_EVERY_NS - now_ns : INT64_MAX;
 }

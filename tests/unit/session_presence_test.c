@@ -96,6 +96,44 @@ static void who_has_outstayed_hears_nothing_and_is_not_there(void **state)
     assert_int_equal(lum_session_close_now(bob), LUM_CLOSE_REVOKED);
 }
 
+static bool takes_news(struct lum_session *s)
+{
+    struct lum_message m;
+    bool any = lum_session_next(s, &m);
+    lum_session_sent(s);
+    return any;
+}
+
+/* Each comes at a time of her own, and hears at once; from the next tick on one text is for all. */
+static void one_text_of_each_tick_serves_all(void **state)
+{
+    struct fixture *f = *state;
+    enum { N = 8 };
+    struct lum_session *s[N];
+    for (int i = 0; i < N; i++) {
+        s[i] = come(f);
+        int64_t now_ns = BEGIN_NS + i * TICK_NS / N, wait_ns = lum_sessions_tell_presence(f->sessions, now_ns);
+        assert_true(takes_news(s[i]));
+        lum_session_stir(s[i]);
+        assert_true(lum_sessions_presence_waits(f->sessions));
+        assert_true(wait_ns == INT64_MAX || wait_ns == BEGIN_NS + TICK_NS - now_ns);
+        assert_true(lum_sessions_tell_presence(f->sessions, now_ns) == BEGIN_NS + TICK_NS - now_ns);
+        for (int k = 0; k <= i; k++)
+            assert_false(takes_news(s[k])); /* no more in this tick */
+    }
+    for (int n = 1; n < 4; n++) {
+        assert_true(lum_sessions_tell_presence(f->sessions, BEGIN_NS + n * TICK_NS) == INT64_MAX);
+        struct lum_message m[N];
+        for (int i = 0; i < N; i++) {
+            assert_true(lum_session_next(s[i], &m[i])); /* all are held at once: none has another's place */
+            assert_ptr_equal(m[i].body, m[0].body);
+        }
+        for (int i = 0; i < N; i++)
+            lum_session_sent(s[i]);
+        lum_session_stir(s[0]);
+    }
+}
+
 static struct lum_stream *add_view(struct fixture *f, struct lum_session *s, uint32_t view_id)
 {
     struct lum_out *o = lum_calloc(1, sizeof *o);
@@ -189,6 +227,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(who_has_outstayed_hears_nothing_and_is_not_there, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(one_text_of_each_tick_serves_all, set_up, tear_down),
         cmocka_unit_test_setup_teardown(tiles_go_out_between_news_on_a_slow_line, set_up, tear_down),
     };
     return cmocka_run_group_tests_name("session_presence", tests, NULL, NULL);
