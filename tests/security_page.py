@@ -2,6 +2,7 @@
 
 usage: security_page.py SOURCE_DIR
 """
+import glob
 import os
 import re
 import sys
@@ -22,8 +23,21 @@ REGISTERED = {kind: read("tests", kind, "CMakeLists.txt") for kind in ("unit", "
 SUFFIX = {"unit": "_test.c", "e2e": "_test.py", "fuzz": "_fuzz.c", "stress": ".py"}
 
 
+def check_web(kind, name, where):
+    """A file of the browser client's tests, or of those of a browser; their folders are registered whole."""
+    parts = ("tests", "e2e", "web", name + ".test.mjs") if kind == "e2e" else ("clients", "web", "src", "**", name + ".test.ts")
+    if not glob.glob(os.path.join(source, *parts), recursive=True):
+        failures.append(f"{where}: there is no such test")
+
+
 def check(kind, name, one):
     where = f"{kind}.{name}" + (f":{one}" if one else "")
+    if (kind, name) == ("unit", "web"):
+        check_web(kind, one, where)
+        return
+    if kind == "e2e" and name.startswith("web."):
+        check_web(kind, name[len("web."):], where)
+        return
     text = read("tests", kind, name + SUFFIX[kind])
     if text is None or not re.search(rf"\b{name}\b", REGISTERED[kind]):
         failures.append(f"{where}: there is no such test")
@@ -35,7 +49,7 @@ def main():
     page = read("server", "SECURITY.md")
     n = 0
     for number, line in enumerate(page.split("\n"), 1):
-        named = re.findall(r"`(unit|e2e|fuzz|stress)\.([a-z0-9_]+)(?::([A-Za-z0-9_]+))?`", line)
+        named = re.findall(r"`(unit|e2e|fuzz|stress)\.((?:web\.)?[a-z0-9_]+)(?::([A-Za-z0-9_]+))?`", line)
         for test in named:
             check(*test)
             n += 1

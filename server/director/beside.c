@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "server/director/internal.h"
+#include "server/director/view_frames.h"
 
 #define SLICE_NS 8e6       /* an edit that comes into a rest waits no longer for its frame */
 #define SHARE_AWAITED 0.25 /* beside three views at most */
@@ -31,18 +32,17 @@ static enum lum_need needs(struct lum_director *d, bool busy, enum lum_need ret_
     return most;
 }
 
-/* Of many views that wait for the picture of a change each has as much as what is asked for beside them. */
-static double share_of_stale(const struct lum_director *d)
+double lum_beside_share(const struct lum_server_view *views, int64_t now_ns)
 {
     unsigned n = 0;
-    for (const struct lum_server_view *v = d->views; v; v = v->next)
-        n += v->stale;
+    for (const struct lum_server_view *v = views; v; v = v->next)
+        n += v->stale && lum_server_view_is_awaited(v, now_ns);
     return fmin(SHARE_AWAITED, 1.0 / (1.0 + n));
 }
 
-static double most_saved_ns(const struct lum_director *d)
+static double most_saved_ns(double share)
 {
-    return fmax(SLICE_NS, SAVED_STALE_NS * share_of_stale(d) / SHARE_AWAITED);
+    return fmax(SLICE_NS, SAVED_STALE_NS * share / SHARE_AWAITED);
 }
 
 /* Time passes, and a share of it may be taken: of that in which there was something to do. */
@@ -50,12 +50,14 @@ static void count_time(struct lum_director *d, enum lum_need need, bool stale)
 {
     struct lum_beside *b = &d->beside;
     int64_t now = lum_clock_ns();
-    double awaited = stale ? share_of_stale(d) : SHARE_AWAITED_AT_REST;
+    double stale_share = lum_beside_share(d->views, now);
+    double awaited = stale ? stale_share : SHARE_AWAITED_AT_REST;
     double share = need == LUM_NEED_AWAITED ? awaited : fmin(SHARE_REFINES, awaited);
     if (need == LUM_NEED_NOTHING)
         b->saved_ns = SLICE_NS; /* what is asked for next begins at once */
     else
-        b->saved_ns = fmin(b->saved_ns + share * (double)(now - b->counted_ns), stale ? most_saved_ns(d) : SAVED_NS);
+        b->saved_ns =
+            fmin(b->saved_ns + share * (double)(now - b->counted_ns), stale ? most_saved_ns(stale_share) : SAVED_NS);
     b->counted_ns = now;
 }
 
@@ -64,8 +66,9 @@ static void count_time(struct lum_director *d, enum lum_need need, bool stale)
 static void work(struct lum_director *d, const enum lum_need of_kinds[N_KINDS], bool stale)
 {
     struct lum_beside *b = &d->beside;
-    double slice_ns = stale ? fmax(SLICE_NS, fmin(b->saved_ns, most_saved_ns(d))) : SLICE_NS;
     int64_t from = lum_clock_ns();
+    double most_ns = most_saved_ns(lum_beside_share(d->views, from));
+    double slice_ns = stale ? fmax(SLICE_NS, fmin(b->saved_ns, most_ns)) : SLICE_NS;
     do
         b->turn = (b->turn + 1) % N_KINDS;
     while (of_kinds[b->turn] == LUM_NEED_NOTHING);

@@ -32,6 +32,10 @@ enum lum_beside_state {
     LUM_BESIDE_OWED, /* more, and its time has come: before the next pass */
 };
 
+/* The share of the time that it has before the picture of a change: of many views that wait for that, and whose clients
+ * read, each has as much as what is asked for beside them. views: a list, linked by next. */
+double lum_beside_share(const struct lum_server_view *views, int64_t now_ns);
+
 /* One slice, if its time has come; view: that wants a pass next, NULL: none does. */
 enum lum_beside_state lum_director_work_beside(struct lum_director *d, const struct lum_server_view *view);
 

@@ -4,6 +4,7 @@
 #define LUM_SERVER_NET_PRESENCE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "protocol/record/types.h"
@@ -18,9 +19,11 @@ struct lum_presence {
     struct lum_record_camera camera;
     double point[3]; /* m */
     bool has_camera, has_point;
-    bool listens; /* it has said where it is, and hears of the others */
-    bool stale;   /* there is something that it has not heard */
-    int64_t told_ns;
+    bool listens;      /* it has said where it is, and hears of the others */
+    bool stale;        /* there is something that it has not heard */
+    int64_t told_tick; /* of the clock by which all are told: that in which its turn was last */
+    /* The news that it was told last, and of tiles what was sent since then. */
+    size_t text_bytes, tile_bytes;
 };
 
 /* presence.set. NULL: err says why. */

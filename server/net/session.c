@@ -4,7 +4,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include <cjson/cJSON.h>
 
@@ -362,22 +361,13 @@ int64_t lum_session_charge_rest(struct lum_session *s, uint64_t n_bytes)
     return charge_bytes(s, (double)n_bytes);
 }
 
-/* Asked before anything is taken from a session, or news are sent to it. */
-static bool outstayed(struct lum_session *s)
-{
-    bool over = s->greeted && time(NULL) >= s->person.ends_s;
-    if (over)
-        lum_session_abort(s, LUM_CLOSE_REVOKED);
-    return over;
-}
-
 void lum_session_receive(struct lum_session *s, const char *text, size_t n_bytes)
 {
     struct lum_proto_error err;
     struct lum_rpc rpc;
     int64_t now_ns = lum_clock_ns();
     struct lum_net_counters *counters = s->table->config.counters;
-    if (s->close || outstayed(s))
+    if (s->close || lum_session_outstayed(s))
         return;
     counters->messages++;
     counters->rx_bytes += n_bytes;
@@ -445,7 +435,7 @@ static void broadcast(struct lum_sessions *sessions, struct lum_project *p, stru
         lum_project_note_change(p, out->scene_rev, t);
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++) {
         struct lum_session *s = &sessions->slots[i];
-        if (s->open && s->greeted && s->project == p && !outstayed(s))
+        if (s->open && s->greeted && s->project == p && !lum_session_outstayed(s))
             lum_session_queue_text(s, t);
     }
     lum_text_unref(t);
@@ -487,7 +477,7 @@ static void deliver(struct lum_sessions *sessions, struct lum_project *p, struct
         remove_stream(s, out->view_id);
     } else if (out->kind == LUM_OUT_FILE) {
         offer_file(s, out);
-    } else if (!outstayed(s)) {
+    } else if (!lum_session_outstayed(s)) {
         lum_session_say(s, out->text);
         out->text = NULL;
     }
@@ -574,6 +564,7 @@ static bool next_tile(struct lum_session *s, struct lum_message *m)
         m->body = tile.blob->bytes;
         m->n_body = tile.blob->n_bytes;
         s->sending_tile = tile.blob;
+        s->presence.tile_bytes += tile.blob->n_bytes;
         s->table->config.counters->tiles_sent++;
         if (tile.header.flags & LUM_FRAME_LAST_TILE)
             wake_director(s, stream);

@@ -1,6 +1,7 @@
 /* What the table of sessions answers by itself: to administrators who is here, and that somebody goes; that files may
  * be sent; and what there is to do with projects. */
 #include <string.h>
+#include <time.h>
 
 #include <cjson/cJSON.h>
 
@@ -25,6 +26,14 @@ static struct cJSON *describe(const struct lum_session *s)
 bool lum_session_is_here(const struct lum_session *s)
 {
     return s->open && s->greeted && !s->close;
+}
+
+bool lum_session_outstayed(struct lum_session *s)
+{
+    bool over = s->greeted && time(NULL) >= s->person.ends_s;
+    if (over)
+        lum_session_abort(s, LUM_CLOSE_REVOKED);
+    return over;
 }
 
 static struct cJSON *list(struct lum_session *asking, const struct lum_rpc *rpc, struct lum_proto_error *err)

@@ -111,6 +111,8 @@ void lum_session_say_missed(struct lum_session *s, int n);
 /* Answers what needs no director. False: the message is something else. */
 bool lum_session_administer(struct lum_session *s, struct lum_rpc *rpc);
 bool lum_session_is_here(const struct lum_session *s);
+/* Its token has ended, and so does it: asked before anything is taken from a session, or news are sent to it. */
+bool lum_session_outstayed(struct lum_session *s);
 
 /* ---- session_project.c: NULL: err says why ---- */
 struct cJSON *lum_session_list_projects(struct lum_session *s, const struct lum_rpc *rpc, struct lum_proto_error *err);

@@ -55,9 +55,9 @@ struct cJSON *lum_session_be_present(struct lum_session *s, const struct lum_rpc
 
 /* ---- what is told ---- */
 
-static bool hears(const struct lum_session *s)
+static bool waits(const struct lum_session *s)
 {
-    return s->presence.listens && s->project && lum_session_is_here(s);
+    return s->presence.stale && s->presence.listens && s->project && lum_session_is_here(s);
 }
 
 void lum_session_stir(const struct lum_session *s)
@@ -70,7 +70,7 @@ void lum_session_stir(const struct lum_session *s)
 bool lum_sessions_presence_waits(const struct lum_sessions *t)
 {
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
-        if (t->slots[i].presence.stale && hears(&t->slots[i]))
+        if (waits(&t->slots[i]))
             return true;
     return false;
 }
@@ -89,12 +89,12 @@ static cJSON *describe(const struct lum_session *s)
 }
 
 /* Everybody in the project, as they stand now. NULL: memory is short. */
-static struct lum_text *picture_of(const struct lum_sessions *t, const struct lum_project *p)
+static struct lum_text *picture_of(struct lum_sessions *t, const struct lum_project *p)
 {
     cJSON *params = cJSON_CreateObject(), *people = cJSON_CreateArray();
     bool ok = people != NULL;
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS && ok; i++)
-        if (t->slots[i].project == p && lum_session_is_here(&t->slots[i]))
+        if (t->slots[i].project == p && !lum_session_outstayed(&t->slots[i]) && lum_session_is_here(&t->slots[i]))
             ok = lum_json_add(people, NULL, describe(&t->slots[i]));
     ok = lum_json_add(params, "people", people) && ok;
     if (!ok) {
@@ -104,35 +104,55 @@ static struct lum_text *picture_of(const struct lum_sessions *t, const struct lu
     return lum_text_create(lum_rpc_notification("presence", params));
 }
 
-/* Tells all of one project that are due; one text serves them. What cannot be made is tried again the next time. */
-static void tell_project(struct lum_sessions *t, const struct lum_project *p, int64_t now_ns)
+/* Older text comes first, and the picture has as many bytes as the news: texts go before tiles, and on a line that
+ * takes longer for one than it is until the next there would be nothing but news. */
+static bool is_slow(const struct lum_session *s)
 {
-    struct lum_text *text = picture_of(t, p);
+    if (s->text.first || s->sending_text)
+        return true;
+    for (uint32_t i = 0; i < s->n_streams; i++)
+        if (lum_stream_pending(s->streams[i]))
+            return s->presence.tile_bytes < s->presence.text_bytes;
+    return false;
+}
+
+static void tell(struct lum_session *s, struct lum_text *text)
+{
+    s->presence.stale = false;
+    s->presence.text_bytes = text->n_bytes;
+    s->presence.tile_bytes = 0;
+    lum_session_queue_text(s, text);
+}
+
+/* Tells all of one project that are due; one text serves them, which the first who takes it has made. Whom it does not
+ * reach hears of what is newest the next time. */
+static void tell_project(struct lum_sessions *t, const struct lum_project *p, int64_t tick)
+{
+    struct lum_text *text = NULL;
+    bool made = false; /* text is NULL all the same where memory was short */
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++) {
         struct lum_session *s = &t->slots[i];
-        if (s->project != p || !s->presence.stale || !hears(s) || now_ns - s->presence.told_ns < TOLD_EVERY_NS)
+        if (s->project != p || !waits(s) || s->presence.told_tick == tick || lum_session_outstayed(s))
             continue;
-        s->presence.told_ns = now_ns;
-        if (!text || s->text.first)
-            continue; /* a slow line has older text to bring first: it hears of what is newest then */
-        s->presence.stale = false;
-        lum_session_queue_text(s, text);
+        s->presence.told_tick = tick;
+        if (is_slow(s))
+            continue;
+        if (!made)
+            text = picture_of(t, p);
+        made = true;
+        if (text)
+            tell(s, text);
     }
     lum_text_unref(text);
 }
 
+/* All are told by the ticks of one clock: what everybody moves between two of them is put into words once, not for
+ * each who listens. */
 int64_t lum_sessions_tell_presence(struct lum_sessions *t, int64_t now_ns)
 {
-    int64_t wait_ns = INT64_MAX;
-    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++) {
-        const struct lum_session *s = &t->slots[i];
-        if (!s->presence.stale || !hears(s))
-            continue;
-        if (now_ns - s->presence.told_ns >= TOLD_EVERY_NS)
-            tell_project(t, s->project, now_ns);
-        int64_t left_ns = s->presence.told_ns + TOLD_EVERY_NS - now_ns;
-        if (s->presence.stale && left_ns < wait_ns)
-            wait_ns = left_ns;
-    }
-    return wait_ns;
+    int64_t tick = now_ns / TOLD_EVERY_NS;
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
+        if (waits(&t->slots[i]) && t->slots[i].presence.told_tick != tick)
+            tell_project(t, t->slots[i].project, tick);
+    return lum_sessions_presence_waits(t) ? (tick + 1) * TOLD_EVERY_NS - now_ns : INT64_MAX;
 }

@@ -42,18 +42,24 @@ static void only_what_nothing_shines_in_is_surely_black(void **state)
         }
 }
 
+/* A room with one bulb below its ceiling. */
+static void begin_room(struct rig *r, const char *method)
+{
+    rig_begin(r, 2);
+    rig_room(r);
+    rig_bulb(r, "lamp", rig_v(0, 2.5, 0), 100);
+    rig_commit(r);
+    r->settings.w = W;
+    r->settings.h = H;
+    r->settings.method = lum_method_find(method);
+}
+
 /* What samples make of a picture is not what the next one begins with. */
 static void what_rest_did_is_forgotten(void **state)
 {
     (void)state;
     struct rig r;
-    rig_begin(&r, 2);
-    rig_room(&r);
-    rig_bulb(&r, "lamp", rig_v(0, 2.5, 0), 100);
-    rig_commit(&r);
-    r.settings.w = W;
-    r.settings.h = H;
-    r.settings.method = lum_method_find("path");
+    begin_room(&r, "path");
     r.settings.error_share = 1.0;
     double first = 0.0;
     for (int spp = 1; spp <= 64; spp++) {
@@ -73,13 +79,7 @@ static void few_of_before_are_few(void **state)
 {
     (void)state;
     struct rig r;
-    rig_begin(&r, 2);
-    rig_room(&r);
-    rig_bulb(&r, "lamp", rig_v(0, 2.5, 0), 100);
-    rig_commit(&r);
-    r.settings.w = W;
-    r.settings.h = H;
-    r.settings.method = lum_method_find("path");
+    begin_room(&r, "path");
     r.settings.deterministic = true;
     r.settings.error_share = 0.1; /* of about 30000 rays; a probe takes some ten */
     struct lum_pass_stats stats = rig_pass(&r);
@@ -100,14 +100,8 @@ struct said {
 static struct said error_said(const char *method, uint32_t spp, uint32_t seed)
 {
     struct rig r;
-    rig_begin(&r, 2);
-    rig_room(&r);
-    rig_bulb(&r, "lamp", rig_v(0, 2.5, 0), 100);
-    rig_commit(&r);
-    r.settings.w = W;
-    r.settings.h = H;
+    begin_room(&r, method);
     r.settings.seed = seed;
-    r.settings.method = lum_method_find(method);
     r.settings.error_share = LUM_ERROR_SHARE;
     r.settings.deterministic = r.settings.measure_at_rest = true;
     r.settings.max_spp = spp;
@@ -295,13 +289,7 @@ static void a_dimmed_lamp_is_measured_at_rest(void **state)
 {
     (void)state;
     struct rig r;
-    rig_begin(&r, 2);
-    rig_room(&r);
-    rig_bulb(&r, "lamp", rig_v(0, 2.5, 0), 100);
-    rig_commit(&r);
-    r.settings.w = W;
-    r.settings.h = H;
-    r.settings.method = lum_method_find("tic");
+    begin_room(&r, "tic");
     r.settings.error_share = LUM_ERROR_SHARE;
     r.settings.measure_at_rest = true;
     struct lum_pass_stats stats;

@@ -209,12 +209,44 @@ static void a_hello_outlasts_it(void **state)
     assert_true(k > 10);
 }
 
+/* Where others are: for one who has other text to read first nothing is made, and what cannot be made is made the next
+ * time. */
+static void news_of_others_outlast_it(void **state)
+{
+    struct fixture *f = *state;
+    const int64_t tick_ns = 1000000000 / LUM_LIMIT_PRESENCE_PER_S;
+    int64_t now_ns = 1000 * tick_ns;
+    receive(f->s, REQUEST("presence.set", "{}"));
+    failing_alloc_arm(1);
+    assert_true(lum_sessions_tell_presence(f->sessions, now_ns += tick_ns) == tick_ns);
+    assert_false(failing_alloc_disarm());
+    assert_true(hears(f->s, "\"result\""));
+    unsigned k = 0;
+    for (bool failed = true; failed;) {
+        failing_alloc_arm(++k);
+        int64_t wait_ns = lum_sessions_tell_presence(f->sessions, now_ns += tick_ns);
+        failed = failing_alloc_disarm();
+        if (lum_session_close_now(f->s)) { /* no room in its queue */
+            assert_true(failed);
+            lum_session_close(f->s);
+            come(f);
+            receive(f->s, REQUEST("presence.set", "{}"));
+            assert_true(hears(f->s, "\"result\""));
+        } else {
+            assert_true(wait_ns == (failed ? tick_ns : INT64_MAX));
+            assert_true(hears(f->s, "\"presence\"") != failed);
+        }
+    }
+    assert_true(k > 10);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(what_is_announced_in_vain_takes_no_place, set_up, tear_down),
         cmocka_unit_test_setup_teardown(each_request_outlasts_it, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_hello_outlasts_it, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(news_of_others_outlast_it, set_up, tear_down),
     };
     failing_alloc_begin();
     return cmocka_run_group_tests(tests, NULL, NULL);
