@@ -20,6 +20,7 @@ import { Lamps } from './lamps';
 import { Library } from './library';
 import { isLamp } from './lights';
 import { factsOf, type Facts } from './luminaires';
+import { isSoloed } from './many';
 import { LuxMeter } from './luxmeter';
 import { Materials } from './materials';
 import { Reader } from './readout';
@@ -368,8 +369,8 @@ export class App {
 
     /** By itself, or with its group. */
     isSoloed(id: string): boolean {
-        const { solo } = this.view.settings.value;
-        return solo.includes(id) || solo.includes(stringOr(this.scene.record(id)?.group, ''));
+        const lamp = this.scene.record(id);
+        return lamp !== undefined && isSoloed(lamp, this.view.settings.value.solo);
     }
 
     /** It is on, and others are shown alone. */

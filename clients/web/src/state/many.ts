@@ -2,7 +2,7 @@
 import { newId } from '../lib/ids';
 import { add, cross, dot, length, scale, sub, type Vec3 } from '../lib/vec';
 import type { Json, JsonObject } from '../protocol/rpc';
-import { vec3Or, type Op, type SceneRecord } from '../protocol/types';
+import { stringOr, vec3Or, type Op, type SceneRecord } from '../protocol/types';
 import { aimed, aimOf, anglesOf, directionOf, isAimed, type Angles } from './lamp_make';
 import { isLamp, isPlaced, nameOf } from './lights';
 import { anchorOf, anchoredAt, placementOf } from './placement';
@@ -113,6 +113,17 @@ export function copyOps(records: readonly SceneRecord[], offset: Vec3, taken: (i
         if (hasPlace(record)) ops.push({ ...placedAt(record, add(anchorOf(record), offset)), id } as Op);
     }
     return { ops, ids };
+}
+
+/** It shines where these alone do: by itself, or with its group. */
+export const isSoloed = (lamp: SceneRecord, solo: readonly string[]): boolean => solo.includes(lamp.id) || solo.includes(stringOr(lamp.group, ''));
+
+/** What the server is told so that these lamps alone shine: their ids, and in place of all of a group its name. all: of the scene. */
+export function soloNames(lamps: readonly SceneRecord[], all: readonly SceneRecord[]): string[] {
+    const wanted = new Set(lamps.map((l) => l.id));
+    const partial = new Set(all.filter((l) => !wanted.has(l.id)).flatMap((l) => [l.id, stringOr(l.group, '')])); // a name may be a lamp's and a group's
+    const isWhole = (group: string): boolean => group !== '' && !partial.has(group) && lamps.filter((l) => l.group === group).length > 1;
+    return [...new Set(lamps.map((l) => (isWhole(stringOr(l.group, '')) ? stringOr(l.group, '') : l.id)))];
 }
 
 /** "3 lamps", "2 lamps, 1 object" */

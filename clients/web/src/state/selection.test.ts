@@ -22,9 +22,14 @@ function desk() {
     } as unknown as Edits;
     const lamps = { selected: signal<string | null>(null) } as unknown as Lamps;
     const toasts = new Toasts();
-    const selection = new Selection({ scene, edits, toasts, lamps, view: null as unknown as ViewLink, call: () => Promise.reject(new Error()), onError: () => {} });
+    const solo = (): readonly string[] => view.settings.value.solo;
+    const view = {
+        settings: signal<{ solo: readonly string[] }>({ solo: [] }),
+        change: (settings: { solo: readonly string[] }) => (view.settings.value = settings),
+    };
+    const selection = new Selection({ scene, edits, toasts, lamps, view: view as unknown as ViewLink, call: () => Promise.reject(new Error()), onError: () => {} });
     const mover = new Mover({ scene, edits, toasts, snap: new Snap(), with: (id) => selection.with(id) });
-    return { scene, selection, lamps, mover, toasts, sent, gestures: () => gestures };
+    return { scene, selection, lamps, mover, toasts, solo, sent, gestures: () => gestures };
 }
 const CTRL = { ctrlKey: true, metaKey: false, shiftKey: false };
 const SHIFT = { ctrlKey: false, metaKey: false, shiftKey: true };
@@ -77,4 +82,29 @@ test('a hand on one of several takes all along as one gesture; on another one, t
     mover.grab('c');
     mover.by([0, 1, 0]);
     assert.deepEqual(sent, [['c', '/position', [2, 3, 0]]]);
+});
+
+test('as many are shown alone as the server takes: sixteen names, of which that of a whole group is one', () => {
+    const { scene, selection, solo, toasts } = desk();
+    const lamp = (id: string, group?: string) => ({ op: 'add', type: 'light', kind: 'point', id, flux_lm: 1, position: [0, 0, 0], ...(group ? { group } : {}) });
+    const row = Array.from({ length: 20 }, (_, i) => `row-${i}`);
+    scene.load([...row.map((id) => lamp(id, 'row')), ...Array.from({ length: 17 }, (_, i) => lamp(`l${i}`)), lamp('one', 'half'), lamp('other', 'half')], 1);
+    selection.set([...row, 'one']);
+    selection.solo();
+    assert.deepEqual(solo(), ['row', 'one'], 'of a part of a group each is named');
+    assert.match(toasts.announced.value, /^Only 21 lamps shine/);
+    selection.set(['row-3', 'row-4']);
+    selection.solo();
+    assert.deepEqual(solo(), [], 'they shone alone, with their group');
+    selection.set(Array.from({ length: 16 }, (_, i) => `l${i}`));
+    selection.solo();
+    assert.equal(solo().length, 16);
+    selection.set(Array.from({ length: 17 }, (_, i) => `l${i}`));
+    selection.solo();
+    assert.equal(solo().length, 16, 'what the server would refuse is not asked for');
+    assert.match(toasts.shown.value.at(-1)!.text, /at most 16 .* these are 17/);
+    scene.load([lamp('a', 'row'), lamp('b', 'row'), lamp('row')], 2);
+    selection.set(['a', 'b']);
+    selection.solo();
+    assert.deepEqual(solo(), ['a', 'b'], 'the name of the group is that of another lamp, too');
 });

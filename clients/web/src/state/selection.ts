@@ -7,12 +7,12 @@ import { basis, poseFromOrbit } from '../view/camera';
 import type { Edits } from './edits';
 import type { Lamps } from './lamps';
 import { extentOf, isLamp, isOn } from './lights';
-import { copyOps, fieldOfAll, hasPlace, inWords, tileOps } from './many';
+import { copyOps, fieldOfAll, hasPlace, inWords, isSoloed, soloNames, tileOps } from './many';
 import { anchorOf } from './placement';
 import type { SceneMirror } from './scene';
 import { addOf } from './scene_ops';
 import type { Toasts } from './toasts';
-import type { ViewLink } from './view';
+import { MOST_SOLO, type ViewLink } from './view';
 
 export interface SelectionHost {
     scene: SceneMirror;
@@ -119,12 +119,18 @@ export class Selection {
     }
 
     solo(): void {
-        const { view, toasts } = this.host;
-        const lamps = this.records().filter(isLamp).map((r) => r.id);
+        const { scene, view, toasts } = this.host;
+        const lamps = this.records().filter(isLamp);
         const { solo } = view.settings.peek();
-        const already = lamps.length > 0 && lamps.every((id) => solo.includes(id));
-        view.change({ solo: already ? [] : lamps });
-        toasts.announce(already ? 'All lamps that are on shine again' : `Only ${lamps.length === 1 ? `${lamps[0]} shines` : `${lamps.length} lamps shine`}, in your view alone`);
+        const already = lamps.length > 0 && lamps.every((r) => isSoloed(r, solo));
+        const all = scene.lamps.peek().map((id) => scene.peek(id)).filter((r) => r !== undefined);
+        const names = already ? [] : soloNames(lamps, all);
+        if (names.length > MOST_SOLO) {
+            toasts.info(`A view shows at most ${MOST_SOLO} lamps or whole groups alone, and these are ${names.length}: give them a group`);
+            return;
+        }
+        view.change({ solo: names });
+        toasts.announce(already ? 'All lamps that are on shine again' : `Only ${lamps.length === 1 ? `${lamps[0]!.id} shines` : `${lamps.length} lamps shine`}, in your view alone`);
     }
 
     async remove(): Promise<void> {

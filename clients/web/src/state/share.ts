@@ -6,7 +6,7 @@
  */
 import type { CameraPose } from '../protocol/types';
 import { length, sub, type Vec3 } from '../lib/vec';
-import { FORCES, isOfLight, OVERLAYS, PLAIN_FALSE_COLOUR, type FalseColour, type Force, type OverlayName, type ViewSettings } from './view';
+import { FORCES, isOfLight, MOST_SOLO, OVERLAYS, PLAIN_FALSE_COLOUR, type FalseColour, type Force, type OverlayName, type ViewSettings } from './view';
 
 /** How a view looks, of what a link can say. */
 export type SharedSettings = Pick<ViewSettings, 'method' | 'exposure' | 'toneMap' | 'whiteBalance' | 'effects' | 'overlay' | 'falseColour' | 'solo'>;
@@ -29,7 +29,7 @@ export interface Known {
 const MOST_BYTES = 4096;
 const MARK = 'view=1';
 /** As the protocol has them. */
-const [MOST_M, MOST_EV, MOST_VALUE, MOST_SOLO] = [1e9, 40, 1e12, 16];
+const [MOST_M, MOST_EV, MOST_VALUE] = [1e9, 40, 1e12];
 const ID = /^[\w.:/-]{1,64}$/;
 const TONE_MAPS = ['agx', 'aces', 'reinhard', 'none'];
 /** Metres apart, eye and what it looks at. */

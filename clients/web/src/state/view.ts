@@ -116,6 +116,8 @@ function rememberedSettings(): ViewSettings {
     };
 }
 
+/** LUM_LIMIT_SOLO: names of lamps and groups that a view is shown by alone. */
+export const MOST_SOLO = 16;
 /** LUM_LIMIT_VIEW_SIDE */
 const MAX_SIDE = 4096;
 /** Poses of cameras that no frame has shown yet; a server that is this far behind has skipped the older ones. */
