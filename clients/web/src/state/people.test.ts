@@ -7,6 +7,7 @@ import { FakeTimers } from '../lib/fake_timers';
 import type { JsonObject } from '../protocol/rpc';
 import type { CameraPose } from '../protocol/types';
 import { COLOURS, People, peopleIn } from './people';
+import { pickAt } from './pick';
 
 const POSE: CameraPose = { position: [0, 1, 3], target: [0, 1, 0], up: [0, 1, 0], vfov_deg: 45 };
 const here = (session: string, more: JsonObject = {}): JsonObject => ({ session, person: '', role: 'edit', camera: null, point: null, ...more });
@@ -62,4 +63,49 @@ test('who is alone moves unseen; once another comes she is told where this page 
     assert.deepEqual([sent[2]?.point, (sent[2]?.camera as JsonObject).vfov_deg], [[1, 0, 2], 70]);
     people.notified({ people: [here('me.0-1')] });
     assert.deepEqual(said, ['ann is here', 'ann left']);
+});
+
+test('a pointer past the edge points at nothing, a refusal stops none, and one that left is not told to who comes later', async (t) => {
+    const timers = new FakeTimers();
+    t.after(() => timers.reset());
+    const told: JsonObject[] = [];
+    const asked: JsonObject[] = [];
+    let refuses = false;
+    const call = (_: string, params: JsonObject): Promise<JsonObject> => {
+        asked.push(params);
+        return refuses ? Promise.reject(new Error('too many requests')) : Promise.resolve({ id: 'floor', point: [1, 0, 2] });
+    };
+    for (const [x, y] of [[-0.01, 0.5], [1, 0.5], [0.5, 1.2], [0.5, -1], [NaN, 0]] as const) assert.equal(await pickAt(call, { viewId: 3, size: [200, 100] }, x, y), null);
+    assert.equal(await pickAt(call, { viewId: null, size: [200, 100] }, 0.5, 0.5), null);
+    assert.equal(asked.length, 0);
+    const people = new People({
+        ...{ online: signal(true), pose: signal(POSE), announce: () => {} },
+        call: (_, params) => (told.push(params), Promise.resolve({})),
+        pick: (x, y) => pickAt(call, { viewId: 3, size: [200, 100] }, x, y),
+    });
+    const rest = async (): Promise<void> => {
+        for (let i = 0; i < 5; i++) {
+            for (let k = 0; k < 10; k++) await Promise.resolve();
+            timers.tick(250);
+        }
+    };
+    await people.begin('me.0-1');
+    const two = { people: [here('me.0-1'), here('ann.1-1')] };
+    people.notified(two);
+    people.pointAt([0.5, 0.5]);
+    await rest();
+    assert.deepEqual([asked.at(-1), told.at(-1)?.point], [{ view_id: 3, x: 100, y: 50 }, [1, 0, 2]]);
+    refuses = true;
+    people.pointAt([0.6, 0.5]);
+    await rest();
+    assert.equal(told.at(-1)?.point, null);
+    refuses = false;
+    people.pointAt([0.7, 0.5]);
+    await rest();
+    assert.deepEqual(told.at(-1)?.point, [1, 0, 2]);
+    people.notified({ people: [here('me.0-1')] });
+    people.pointAt(null);
+    people.notified(two);
+    await rest();
+    assert.equal(told.at(-1)?.point, null);
 });

@@ -28,6 +28,7 @@ export interface PeopleHost {
     call(method: string, params: JsonObject): Promise<JsonObject>;
     online: ReadonlySignal<boolean>;
     pose: ReadonlySignal<CameraPose>;
+    /** Nobody waits for what it finds, so that a refusal is not told. */
     pick(x: number, y: number): Promise<Pick | null>;
     announce(text: string): void;
 }
@@ -73,6 +74,7 @@ export class People {
     /** Fractions of the picture; null: the pointer is elsewhere. Nobody looks: nothing is asked. */
     pointAt(place: readonly [number, number] | null): void {
         this.pointer = place;
+        if (place === null) this.point = null; // who comes next is not told where it once was
         if (this.others.peek().length > 0) void this.look();
     }
 
@@ -80,7 +82,8 @@ export class People {
         if (this.looking) return;
         this.looking = true;
         const { pointer } = this;
-        this.point = (pointer && (await this.host.pick(...pointer)))?.point ?? null;
+        const hit = pointer && (await this.host.pick(...pointer).catch(() => null));
+        this.point = this.pointer === null ? null : (hit?.point ?? null);
         this.soon();
         setTimeout(() => {
             this.looking = false;
