@@ -265,7 +265,7 @@ export class App {
     }
 
     async pick(x: number, y: number): Promise<Pick | null> {
-        return this.look(x, y).catch((error: Error) => (this.report(error), null));
+        return this.look(x, y).catch((error: unknown) => (this.report(error as Error), null));
     }
 
     /** Where the pointer is, in fractions of the picture; null: elsewhere. */
