@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { signal } from '@preact/signals';
+import type { Op } from '../protocol/types';
 import type { Edits } from './edits';
 import type { Lamps } from './lamps';
 import { Mover } from './mover';
@@ -16,10 +17,15 @@ function desk() {
     scene.load([lamp('a', 0), lamp('b', 1), lamp('c', 2), { op: 'add', type: 'object', id: 'box', mesh: 'm' }], 1);
     const sent: [string, string, unknown][] = [];
     let gestures = 0;
+    const applied: (Op[] | 'undo')[] = [];
+    const answer = Promise.resolve(true);
     const edits = {
         set: (id: string, path: string, value: unknown) => sent.push([id, path, value]),
         endGesture: () => gestures++,
-    } as unknown as Edits;
+        step: 0,
+        transaction: (ops: Op[]) => (edits.step++, applied.push(ops), answer),
+        undo: () => (edits.step++, applied.push('undo'), Promise.resolve(true)),
+    };
     const lamps = { selected: signal<string | null>(null) } as unknown as Lamps;
     const toasts = new Toasts();
     const solo = (): readonly string[] => view.settings.value.solo;
@@ -27,9 +33,9 @@ function desk() {
         settings: signal<{ solo: readonly string[] }>({ solo: [] }),
         change: (settings: { solo: readonly string[] }) => (view.settings.value = settings),
     };
-    const selection = new Selection({ scene, edits, toasts, lamps, view: view as unknown as ViewLink, call: () => Promise.reject(new Error()), onError: () => {} });
-    const mover = new Mover({ scene, edits, toasts, snap: new Snap(), with: (id) => selection.with(id) });
-    return { scene, selection, lamps, mover, toasts, solo, sent, gestures: () => gestures };
+    const selection = new Selection({ scene, edits: edits as unknown as Edits, toasts, lamps, view: view as unknown as ViewLink, call: () => Promise.reject(new Error()), onError: () => {} });
+    const mover = new Mover({ scene, edits: edits as unknown as Edits, toasts, snap: new Snap(), with: (id) => selection.with(id) });
+    return { scene, selection, lamps, mover, toasts, solo, edits, applied, sent, gestures: () => gestures };
 }
 const CTRL = { ctrlKey: true, metaKey: false, shiftKey: false };
 const SHIFT = { ctrlKey: false, metaKey: false, shiftKey: true };
@@ -107,4 +113,23 @@ test('as many are shown alone as the server takes: sixteen names, of which that 
     selection.set(['a', 'b']);
     selection.solo();
     assert.deepEqual(solo(), ['a', 'b'], 'the name of the group is that of another lamp, too');
+});
+
+test('a model takes its own lamps along: moved and removed once', async () => {
+    const { scene, selection, mover, sent, applied } = desk();
+    scene.load([{ op: 'add', type: 'import', id: 'm', asset: 'm.glb' }, { op: 'add', type: 'light', kind: 'point', id: 'm/l', origin: 'm', flux_lm: 1, position: [0, 1, 0] }], 2);
+    selection.set(['m', 'm/l']);
+    for (const led of ['m', 'm/l']) {
+        sent.length = 0;
+        mover.grab(led);
+        mover.by([1, 0, 0]);
+        assert.deepEqual(sent.map(([id]) => id), ['m'], led);
+    }
+    await selection.remove();
+    assert.deepEqual(applied, [[{ op: 'remove', id: 'm' }]]);
+    selection.set(['m/l']);
+    mover.grab('m/l');
+    sent.length = 0;
+    mover.by([1, 0, 0]);
+    assert.deepEqual(sent.map(([id]) => id), ['m/l']);
 });

@@ -2,7 +2,7 @@
 import { batch, computed, effect, signal } from '@preact/signals';
 import { dot, scale } from '../lib/vec';
 import type { JsonObject } from '../protocol/rpc';
-import type { Op, SceneRecord } from '../protocol/types';
+import { stringOr, type Op, type SceneRecord } from '../protocol/types';
 import { basis, poseFromOrbit } from '../view/camera';
 import type { Edits } from './edits';
 import type { Lamps } from './lamps';
@@ -51,9 +51,16 @@ export class Selection {
         return this.ids.value.map((id) => this.host.scene.record(id)).filter((r) => r !== undefined);
     }
 
+    /** Without what comes along with a model that is selected, too: moved, or removed, it would be twice. */
+    wholes(): SceneRecord[] {
+        const records = this.records();
+        const models = new Set(records.filter((r) => r.type === 'import').map((r) => r.id));
+        return records.filter((r) => !models.has(stringOr(r.origin, '')));
+    }
+
     /** What moves with it. */
     with(id: string): readonly string[] {
-        return this.many.peek().includes(id) ? this.many.peek() : [id];
+        return this.many.peek().includes(id) ? this.wholes().map((r) => r.id) : [id];
     }
 
     set(ids: readonly string[]): void {
@@ -134,12 +141,12 @@ export class Selection {
     }
 
     async remove(): Promise<void> {
-        const { scene, edits, toasts, lamps } = this.host;
+        const { edits, toasts, lamps } = this.host;
         if (this.many.peek().length === 0) {
             if (lamps.selected.peek() !== null) await lamps.remove(lamps.selected.peek()!);
             return;
         }
-        const records = this.ids.peek().map((id) => scene.peek(id)).filter((r) => r !== undefined);
+        const records = this.wholes();
         if (!(await edits.transaction(records.map((r) => ({ op: 'remove', id: r.id }))))) return;
         const step = edits.step;
         this.clear();
@@ -173,7 +180,7 @@ export class Selection {
         const { call, onError, toasts } = this.host;
         try {
             const floor = await call('sensor.place', { border_m: 0 });
-            const ops = tileOps(this.records(), floor, tileM);
+            const ops = tileOps(this.wholes(), floor, tileM);
             if (ops) await this.apply(ops, `In the middles of ${ops.length} tiles`);
             else toasts.info('The ceiling has fewer tiles than that');
         } catch (error) {

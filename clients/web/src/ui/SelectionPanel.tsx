@@ -23,6 +23,7 @@ export function SelectionPanel() {
     if (app.selection.many.value.length === 0) return null;
     const records = app.selection.records();
     if (records.length === 0) return null;
+    const wholes = app.selection.wholes();
     const lamps = records.filter(isLamp);
     const anyOn = lamps.some(isOn);
     return (
@@ -54,9 +55,9 @@ export function SelectionPanel() {
                             <ColourFields lights={lamps} />
                         </>
                     )}
-                    <Place records={records} />
-                    <Turned records={records} />
-                    <Arrange records={records.filter(hasPlace)} />
+                    <Place records={wholes} />
+                    <Turned records={wholes} />
+                    <Arrange records={wholes.filter(hasPlace)} />
                     {lamps.length > 0 && (
                         <GroupField
                             name="Selected lamps"
