@@ -15,6 +15,7 @@ import type { SceneMirror } from './scene';
 import { addOf } from './scene_ops';
 import type { Toasts } from './toasts';
 import type { ViewLink } from './view';
+import { wayBack } from './way_back';
 
 export interface LampsHost {
     scene: SceneMirror;
@@ -100,16 +101,13 @@ export class Lamps {
     async remove(id: string): Promise<boolean> {
         const { scene, edits, toasts } = this.host;
         const record = scene.peek(id);
-        if (!record || !(await edits.transaction([{ op: 'remove', id }]))) return false;
-        const step = edits.step;
+        if (!record) return false;
+        const gone = edits.transaction([{ op: 'remove', id }]);
+        const { step } = edits; // before another edit is made
+        if (!(await gone)) return false;
         if (this.aiming.value === id) this.aiming.value = null;
         if (this.selected.value === id) this.selected.value = null;
-        const back = (): void => {
-            // Undo takes the last step back, and that may be another one by now.
-            if (edits.step === step) void edits.undo();
-            else void edits.transaction([addOf(record)]);
-        };
-        toasts.info(`Removed ${nameOf(record)}`, [{ label: 'Undo', run: back }]);
+        toasts.info(`Removed ${nameOf(record)}`, [{ label: 'Undo', run: wayBack(edits, toasts, step, [record]) }]);
         return true;
     }
 

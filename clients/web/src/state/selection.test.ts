@@ -133,3 +133,26 @@ test('a model takes its own lamps along: moved and removed once', async () => {
     mover.by([1, 0, 0]);
     assert.deepEqual(sent.map(([id]) => id), ['m/l']);
 });
+
+test('the way back of a removal is its own step, whatever was done meanwhile, and makes nothing of a model anew', async () => {
+    const { scene, selection, toasts, edits, applied } = desk();
+    const undo = (): void => toasts.shown.value.at(-1)!.actions![0]!.run();
+    selection.set(['a', 'b']);
+    const removing = selection.remove();
+    edits.step++; // another edit, before the answer
+    await removing;
+    undo();
+    assert.deepEqual((applied.at(-1) as Op[]).map((op) => [op.op, op.id]), [['add', 'a'], ['add', 'b']]);
+    selection.set(['a', 'b']);
+    await selection.remove();
+    undo();
+    assert.equal(applied.at(-1), 'undo');
+    scene.load(['x', 'y'].map((id) => ({ op: 'add', type: 'object', id, origin: 'm', mesh: 'k' })), 2);
+    selection.set(['x', 'y']);
+    await selection.remove();
+    edits.step++;
+    const n = applied.length;
+    undo();
+    assert.equal(applied.length, n);
+    assert.match(toasts.shown.value.at(-1)!.text, /^It came with a model/);
+});

@@ -10,9 +10,9 @@ import { extentOf, isLamp, isOn } from './lights';
 import { copyOps, fieldOfAll, hasPlace, inWords, isSoloed, soloNames, tileOps } from './many';
 import { anchorOf } from './placement';
 import type { SceneMirror } from './scene';
-import { addOf } from './scene_ops';
 import type { Toasts } from './toasts';
 import { MOST_SOLO, type ViewLink } from './view';
+import { wayBack } from './way_back';
 
 export interface SelectionHost {
     scene: SceneMirror;
@@ -147,13 +147,11 @@ export class Selection {
             return;
         }
         const records = this.wholes();
-        if (!(await edits.transaction(records.map((r) => ({ op: 'remove', id: r.id }))))) return;
-        const step = edits.step;
+        const gone = edits.transaction(records.map((r) => ({ op: 'remove', id: r.id })));
+        const { step } = edits; // before another edit is made
+        if (!(await gone)) return;
         this.clear();
-        // Undo takes the last step back, and that may be another one by now. What came with a model is made by undo alone.
-        const again = records.filter((r) => r.type !== 'import').map((r) => addOf(r));
-        const back = (): void => void (edits.step === step ? edits.undo() : edits.transaction(again));
-        toasts.info(`Removed ${inWords(records)}`, [{ label: 'Undo', run: back }]);
+        toasts.info(`Removed ${inWords(records)}`, [{ label: 'Undo', run: wayBack(edits, toasts, step, records) }]);
     }
 
     /** Copies beside all of them, to the right as one sees it, and selected. */
