@@ -61,6 +61,19 @@ test('a click selects one, with Ctrl it joins the others or leaves them, with Sh
     assert.deepEqual([...selection.many.value].sort(), ['a', 'b'], 'a range turns about where it began');
 });
 
+test('an object is no lamp: by its mark it is selected alone, or not at all, and it shines for nobody', () => {
+    const { selection, lamps, solo, toasts } = desk();
+    selection.set(['a']);
+    selection.solo();
+    selection.set(['a', 'box']);
+    selection.click('box', PLAIN);
+    assert.deepEqual([lamps.selected.value, selection.many.value], [null, ['box']]);
+    selection.solo();
+    assert.deepEqual([solo(), toasts.announced.value.trim()], [['a'], 'No lamp is selected'], 'what shines alone stays');
+    selection.click('box', PLAIN);
+    assert.deepEqual(selection.ids.value, []);
+});
+
 test('whatever else selects a lamp, the others are let go; what is gone is not selected', () => {
     const { selection, lamps, scene } = desk();
     selection.set(['a', 'b', 'box']);

@@ -96,6 +96,11 @@ export class Selection {
         else if (ctrlKey || metaKey || shiftKey) this.toggle(id);
         else {
             this.from = id;
+            if (!isLamp(this.host.scene.peek(id))) {
+                const ids = this.ids.peek();
+                this.set(ids.length === 1 && ids[0] === id ? [] : [id]);
+                return;
+            }
             selected.value = selected.value === id ? null : id;
             if (selected.value === null) this.many.value = [];
         }
@@ -128,8 +133,12 @@ export class Selection {
     solo(): void {
         const { scene, view, toasts } = this.host;
         const lamps = this.records().filter(isLamp);
+        if (lamps.length === 0) {
+            toasts.announce('No lamp is selected');
+            return;
+        }
         const { solo } = view.settings.peek();
-        const already = lamps.length > 0 && lamps.every((r) => isSoloed(r, solo));
+        const already = lamps.every((r) => isSoloed(r, solo));
         const all = scene.lamps.peek().map((id) => scene.peek(id)).filter((r) => r !== undefined);
         const names = already ? [] : soloNames(lamps, all);
         if (names.length > MOST_SOLO) {
