@@ -461,6 +461,7 @@ export class App {
             void this.people.begin(this.user);
             this.reference.begin();
             await this.learn(rpc);
+            this.sharing.apply(); // a link that came since
         } catch (error) {
             this.report(error as Error);
         }
