@@ -183,9 +183,10 @@ export function markedOf(
     most: number,
     depth: (id: string) => number | null,
 ): string[] {
-    const others = ids.filter((id) => !selected.includes(id));
+    const [chosen, all] = [new Set(selected), new Set(ids)];
+    const others = ids.filter((id) => !chosen.has(id));
     const seen = others.map((id) => ({ id, depth: depth(id) })).filter((m): m is { id: string; depth: number } => m.depth !== null);
     const nearest = seen.length > most ? seen.sort((a, b) => a.depth - b.depth).slice(0, most) : seen;
-    return [...nearest.map((m) => m.id), ...selected.filter((id) => ids.includes(id))];
+    return [...nearest.map((m) => m.id), ...selected.filter((id) => all.has(id))];
 }
 

@@ -66,17 +66,28 @@ export function tileOps(records: readonly SceneRecord[], floor: JsonObject, tile
     });
 }
 
-function nearestFree([x, y]: readonly [number, number], columns: number, rows: number, taken: ReadonlySet<number>): [number, number] {
-    let [best, nearest]: [[number, number], number] = [[0, 0], Infinity];
-    for (let j = 0; j < rows; j++) {
-        for (let i = 0; i < columns; i++) {
-            const away = Math.hypot(i - x, j - y);
-            if (away >= nearest || taken.has(i + j * columns)) continue;
-            [best, nearest] = [[i, j], away];
+/** Rings about the cell that it is in, or is next to, until no ring can have a nearer one. */
+export function nearestFree([x, y]: readonly [number, number], columns: number, rows: number, taken: Pick<ReadonlySet<number>, 'has'>): [number, number] {
+    const [cx, cy] = [clampTo(Math.round(x), columns), clampTo(Math.round(y), rows)];
+    /** What ring r is away at least, along the axis that it is r away by, and along the other. */
+    const least = (v: number, c: number): [number, number] => (Math.abs(v - c) <= 0.5 ? [-0.5, 0] : [Math.abs(v - c), Math.abs(v - c)]);
+    const [[ownX, otherX], [ownY, otherY]] = [least(x, cx), least(y, cy)];
+    let [best, nearest]: [[number, number], number] = [[cx, cy], Infinity];
+    for (let r = 0; r <= Math.max(columns, rows); r++) {
+        if (r > 0 && Math.min(Math.hypot(r + ownX, otherY), Math.hypot(otherX, r + ownY)) >= nearest) break;
+        for (let j = Math.max(0, cy - r); j <= Math.min(rows - 1, cy + r); j++) {
+            const step = r === 0 || Math.abs(j - cy) === r ? 1 : 2 * r;
+            for (let i = cx - r; i <= cx + r; i += step) {
+                const away = Math.hypot(i - x, j - y);
+                if (i < 0 || i >= columns || away >= nearest || taken.has(i + j * columns)) continue;
+                [best, nearest] = [[i, j], away];
+            }
         }
     }
     return best;
 }
+
+const clampTo = (i: number, n: number): number => Math.min(n - 1, Math.max(0, i));
 
 export const anglesOfAll = (records: readonly SceneRecord[]): { tilt: number | null; turn: number | null } => {
     const angles = records.map((r) => anglesOf(aimOf(r)));

@@ -38,6 +38,8 @@ export class Selection {
         const one = this.host.lamps.selected.value;
         return this.many.value.length > 0 ? this.many.value : one === null ? [] : [one];
     });
+    /** The same, to look one up. */
+    readonly chosen = computed<ReadonlySet<string>>(() => new Set(this.ids.value));
     /** Where a range begins. */
     private from: string | null = null;
 
