@@ -6,7 +6,7 @@ import { linearFromHex, luminance } from '../lib/colour';
 import { FakeTimers } from '../lib/fake_timers';
 import type { JsonObject } from '../protocol/rpc';
 import type { CameraPose } from '../protocol/types';
-import { COLOURS, People, peopleIn } from './people';
+import { COLOURS, People, peopleIn, type Known } from './people';
 import { pickAt } from './pick';
 
 const POSE: CameraPose = { position: [0, 1, 3], target: [0, 1, 0], up: [0, 1, 0], vfov_deg: 45 };
@@ -26,7 +26,7 @@ test('names in their colours have a contrast of 4.5 on what is behind them', () 
 test('everybody has a name of her own, whatever the server says', () => {
     const names = (...list: JsonObject[]): string[] => peopleIn(list).map((p) => p.name);
     assert.deepEqual(names(here('ann.0-1', { person: 'ann' }), here('lumend-web.1-1'), here('bot.2-4.7')), ['ann', 'Guest', 'bot']);
-    assert.deepEqual(names(here('lumend-web.0-1'), here('ann.1-1'), here('lumend-web.2-1')), ['Guest 1', 'ann', 'Guest 2']);
+    assert.deepEqual(names(here('lumend-web.0-1'), here('ann.1-1'), here('lumend-web.2-1')), ['Guest', 'ann', 'Guest 2']);
     assert.deepEqual(peopleIn('junk'), []);
     const odd = peopleIn([{ session: 5, camera: 'x', point: [1] }, 7])[0]!;
     assert.deepEqual([odd.name, odd.camera, odd.point], ['Guest', null, [0, 0, 0]]);
@@ -108,4 +108,18 @@ test('a pointer past the edge points at nothing, a refusal stops none, and one t
     people.notified(two);
     await rest();
     assert.equal(told.at(-1)?.point, null);
+});
+
+test('who is here keeps her name and her colour when others come and leave', () => {
+    const known = new Map<string, Known>();
+    const seen = (...sessions: string[]): [string, string, string][] => peopleIn(sessions.map((s) => here(s)), known).map((p) => [p.session, p.name, p.colour]);
+    const three = seen('lumend-web.0-1', 'lumend-web.1-1', 'lumend-web.2-1');
+    assert.deepEqual(three.map(([, name]) => name), ['Guest', 'Guest 2', 'Guest 3']);
+    assert.equal(new Set(three.map(([, , colour]) => colour)).size, 3);
+    assert.deepEqual(seen('lumend-web.1-1', 'lumend-web.2-1'), three.slice(1));
+    const again = seen('lumend-web.3-1', 'lumend-web.1-1', 'lumend-web.2-1');
+    assert.deepEqual(again.slice(1), three.slice(1));
+    assert.deepEqual(again[0]!.slice(1), three[0]!.slice(1), 'what is free is given to who comes');
+    const crowd = seen(...Array.from({ length: 20 }, (_, i) => `lumend-web.${i}-2`));
+    assert.equal(new Set(crowd.map(([, name]) => name)).size, 20);
 });
