@@ -151,18 +151,19 @@ export class Selection {
         toasts.announce(already ? 'All lamps that are on shine again' : `Only ${lamps.length === 1 ? `${lamps[0]!.id} shines` : `${lamps.length} lamps shine`}, in your view alone`);
     }
 
-    async remove(): Promise<void> {
+    /** True: it is gone. */
+    async remove(): Promise<boolean> {
         const { edits, toasts, lamps } = this.host;
         if (this.many.peek().length === 0) {
-            if (lamps.selected.peek() !== null) await lamps.remove(lamps.selected.peek()!);
-            return;
+            return lamps.selected.peek() !== null && lamps.remove(lamps.selected.peek()!);
         }
         const records = this.wholes();
         const gone = edits.transaction(records.map((r) => ({ op: 'remove', id: r.id })));
         const { step } = edits; // before another edit is made
-        if (!(await gone)) return;
+        if (!(await gone)) return false;
         this.clear();
         toasts.info(`Removed ${inWords(records)}`, [{ label: 'Undo', run: wayBack(edits, toasts, step, records) }]);
+        return true;
     }
 
     /** Copies beside all of them, to the right as one sees it, and selected. */
