@@ -417,7 +417,7 @@ test('the status line holds everything, whole, in as many lines as it takes', as
             return { parts: inside.map(([name]) => name), cut: inside.filter(([, b]) => b.right > bar.right).map(([name]) => name) };
         });
         assert.deepEqual(shown.cut, [], `${width} pixels wide`);
-        assert.equal(shown.parts.filter((name) => name.includes('item-')).length, 9, `${width} pixels wide: ${shown.parts}`);
+        assert.equal(shown.parts.filter((name) => name.includes('item-')).length, 10, `${width} pixels wide: ${shown.parts}`);
         assert.equal(shown.parts.includes('sparkline'), width === 1400, `${width} pixels wide: ${shown.parts}`);
     }
     await page.setViewportSize({ width: 1000, height: 640 });

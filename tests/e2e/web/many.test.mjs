@@ -100,6 +100,31 @@ test('in the picture, too: lamps by their marks, objects by a click', async () =
     await heading('2 lamps selected');
 });
 
+test('names of what is selected do not lie over each other: older ones give way', async () => {
+    await name('bulb-2').focus();
+    await page.keyboard.press('Control+a');
+    await heading(/selected$/);
+    const marks = await page.locator('.lamp.is-selected').count();
+    const boxes = () =>
+        page.locator('.lamp-name:visible').evaluateAll((names) => names.map((n) => ({ name: n.textContent, ...n.getBoundingClientRect().toJSON() })));
+    for (let i = 0; i < 20 && (await boxes()).length === marks; i++) {
+        await page.locator('.stage').press('-');
+        await settled(tab, { spp: 1 });
+    }
+    const named = await boxes();
+    assert.ok(named.length > 0 && named.length < marks, `${named.length} of ${marks} have names`);
+    for (const a of named)
+        for (const b of named)
+            assert.ok(a === b || a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top, JSON.stringify([a, b]));
+    const without = page.locator('.lamp.is-selected:not(.is-named)').first();
+    const itsName = await without.textContent();
+    await without.hover();
+    assert.deepEqual((await boxes()).map((b) => b.name), [itsName], 'the one under the pointer says its own');
+    await page.locator('.stage').press('Escape');
+    await page.locator('.stage').press('h');
+    await settled(tab, { spp: 1 });
+});
+
 test('all are dimmed, coloured and switched in one step each, and what differs says mixed', async () => {
     await name('bulb-1').click();
     await name('bulb-3').click({ modifiers: ['Shift'] });

@@ -1,6 +1,7 @@
 import type { ComponentChildren } from 'preact';
 import { swatch } from '../lib/colour';
 import { fixed, number } from '../lib/format';
+import { withRoom } from '../lib/labels';
 import { add, scale, type Vec3 } from '../lib/vec';
 import { vec3Or, type SceneRecord } from '../protocol/types';
 import { centreOf, colourOf, isLamp, isOn, isPlaced, nameOf } from '../state/lights';
@@ -35,6 +36,7 @@ export function Overlay() {
     const few = ids.length <= MAX_MARKERS;
     const shown = markedOf(ids, selected, app.markers.value ? MAX_MARKERS : 0, few ? () => 0 : depth);
     const objects = selected.filter((id) => !isLamp(app.scene.record(id)));
+    const named = namedOf(app, selected);
     return (
         <svg class="overlay" viewBox={`0 0 ${width} ${height}`} aria-label="Markers">
             <AtNowsSide>
@@ -44,13 +46,26 @@ export function Overlay() {
             <PeopleMarks />
             <PickMark />
             {objects.map((id) => (
-                <SelectedObject key={id} id={id} />
+                <SelectedObject key={id} id={id} named={named.has(id)} />
             ))}
             {shown.map((id) => (
-                <Lamp key={id} id={id} />
+                <Lamp key={id} id={id} named={named.has(id)} />
             ))}
         </svg>
     );
+}
+
+/** Of many that are selected not all names have room: the newest goes first. */
+function namedOf(app: App, selected: readonly string[]): Set<string> {
+    const [width, height] = app.view.cssSize.value;
+    const newest = [...selected].reverse();
+    const labels = newest.map((id) => {
+        const record = app.scene.record(id);
+        if (!record || (isLamp(record) && !isPlaced(record))) return null;
+        const at = project(app.view.shownPose.value, app.view.aspect.value, isLamp(record) ? centreOf(record) : anchorOf(record));
+        return at && { x: at.x * width, y: at.y * height, text: nameOf(record) };
+    });
+    return new Set([...withRoom(labels)].map((i) => newest[i]!));
 }
 
 /** Numbers of the light there is now are not laid over a picture of another. */
@@ -154,7 +169,7 @@ function PointsOf({ points: { record, reading, places }, hasRoom }: { points: Po
     );
 }
 
-function Lamp({ id }: { id: string }) {
+function Lamp({ id, named }: { id: string; named: boolean }) {
     const app = useApp();
     const light = app.scene.record(id);
     if (!light || !isPlaced(light)) return null;
@@ -169,7 +184,7 @@ function Lamp({ id }: { id: string }) {
                 name={`Lamp ${id}`}
                 id={id}
                 onPress={(keys) => app.selection.click(id, keys)}
-                class={`lamp ${selected ? 'is-selected' : ''} ${on ? '' : 'is-off'}`}
+                class={`lamp ${selected ? 'is-selected' : ''} ${named ? 'is-named' : ''} ${on ? '' : 'is-off'}`}
                 at={centreOf(light)}
                 reachable={id === ids[ids.length - 1]}
                 onGrab={() => {
@@ -187,12 +202,12 @@ function Lamp({ id }: { id: string }) {
 }
 
 /** Of an object or a model that is one of several: where its anchor is. */
-function SelectedObject({ id }: { id: string }) {
+function SelectedObject({ id, named }: { id: string; named: boolean }) {
     const app = useApp();
     const record = app.scene.record(id);
     if (!record) return null;
     return (
-        <Handle name={id} id={id} onPress={(keys) => app.selection.click(id, keys)} class="lamp is-selected is-object" at={anchorOf(record)} reachable>
+        <Handle name={id} id={id} onPress={(keys) => app.selection.click(id, keys)} class={`lamp is-selected is-object ${named ? 'is-named' : ''}`} at={anchorOf(record)} reachable>
             <rect class="handle-ring" x="-9" y="-9" width="18" height="18" />
             <circle class="lamp-core" r="4" />
             <text class="lamp-name" y="-18" text-anchor="middle">
