@@ -7,7 +7,7 @@ import { basis, poseFromOrbit } from '../view/camera';
 import type { Edits } from './edits';
 import type { Lamps } from './lamps';
 import { extentOf, isLamp, isOn } from './lights';
-import { copyOps, fieldOfAll, hasPlace, inWords, isSoloed, soloNames, tileOps } from './many';
+import { copyOps, fieldOfAll, hasPlace, inWords, isSoloed, soloNames } from './many';
 import { anchorOf } from './placement';
 import type { SceneMirror } from './scene';
 import type { Toasts } from './toasts';
@@ -189,7 +189,7 @@ export class Selection {
     async intoTiles(tileM: number): Promise<void> {
         const { call, onError, toasts } = this.host;
         try {
-            const floor = await call('sensor.place', { border_m: 0 });
+            const [{ tileOps }, floor] = await Promise.all([import('./arrange'), call('sensor.place', { border_m: 0 })]);
             const ops = tileOps(this.wholes(), floor, tileM);
             if (ops) await this.apply(ops, `In the middles of ${ops.length} tiles`);
             else toasts.info('The ceiling has fewer tiles than that');

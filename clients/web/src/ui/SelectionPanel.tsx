@@ -1,9 +1,10 @@
 import { useSignal } from '@preact/signals';
 import { useRef } from 'preact/hooks';
 import type { SceneRecord } from '../protocol/types';
+import { alignOps, aimOps, anglesOfAll, distributeOps, yawOf, yawOps } from '../state/arrange';
 import { isAimed } from '../state/lamp_make';
 import { isLamp, isOn } from '../state/lights';
-import { alignOps, aimOps, anglesOfAll, common, distributeOps, fieldOfAll, hasPlace, inWords, yawOf, yawOps } from '../state/many';
+import { common, fieldOfAll, hasPlace, inWords } from '../state/many';
 import { anchorOf } from '../state/placement';
 import { ColourFields } from './ColourFields';
 import { useApp } from './context';
