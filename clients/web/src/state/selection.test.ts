@@ -149,7 +149,7 @@ test('a model takes its own lamps along: moved and removed once', async () => {
 
 test('the way back of a removal is its own step, whatever was done meanwhile, and makes nothing of a model anew', async () => {
     const { scene, selection, toasts, edits, applied } = desk();
-    const undo = (): void => toasts.shown.value.at(-1)!.actions![0]!.run();
+    const undo = (): void => toasts.shown.value.at(-1)!.actions[0]!.run();
     selection.set(['a', 'b']);
     const removing = selection.remove();
     edits.step++; // another edit, before the answer
