@@ -51,7 +51,9 @@ test('a link in the page that is open moves its camera; what is no good in it is
     await eventually(() => Math.abs(newest(tab, 'camera').position[0] - 1) < 1e-9, () => JSON.stringify(newest(tab, 'camera')));
     assert.equal(newest(tab, 'effects').glossy, 'off');
     assert.equal(newest(tab, 'overlay'), 'none', 'what it does not name is as usual');
+    await eventually(() => opened(tab).method === undefined && opened(tab).tone_map === undefined, () => `a view that has the scene’s: ${JSON.stringify(opened(tab))}`);
     await settled(tab);
+    assert.equal(tab.watch.stats.at(-1).method, 'live', 'the scene’s');
     assert.deepEqual(tab.watch.errors, []);
 });
 

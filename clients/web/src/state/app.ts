@@ -3,7 +3,7 @@ import { computed, effect, signal } from '@preact/signals';
 import { Connection, type ConnectionState } from '../protocol/connection';
 import { Codec, decodeFrame, type FrameHeader } from '../protocol/frame';
 import { ClosedError, isObject, type Json, type JsonObject, type Rpc } from '../protocol/rpc';
-import { numberOr, stringOr, vec3Or, type Pick, type SceneRecord } from '../protocol/types';
+import { numberOr, stringOr, type Pick, type SceneRecord } from '../protocol/types';
 import type { Vec3 } from '../lib/vec';
 import { orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
 import { Picture } from '../view/picture';
@@ -20,6 +20,7 @@ import { Lamps } from './lamps';
 import { Library } from './library';
 import { isLamp } from './lights';
 import { factsOf, type Facts } from './luminaires';
+import { isSoloed } from './many';
 import { LuxMeter } from './luxmeter';
 import { Materials } from './materials';
 import { Reader } from './readout';
@@ -30,6 +31,7 @@ import { Framing } from './framing';
 import { methodsIn, type Method } from './methods';
 import { Mover } from './mover';
 import { People } from './people';
+import { pickAt } from './pick';
 import { Presets } from './presets';
 import { hrefOf, Projects } from './projects';
 import { SceneMirror } from './scene';
@@ -194,7 +196,7 @@ export class App {
             ...{ onRefused: (text) => toasts.info(text), announce: (text) => toasts.announce(text) },
         });
         const pose = computed(() => poseFromOrbit(view.orbit.value));
-        this.people = new People({ call, pick, pose, online: this.online, announce: (text) => toasts.announce(text) });
+        this.people = new People({ call, pose, pick: (x, y) => this.look(x, y), online: this.online, announce: (text) => toasts.announce(text) });
         this.link = new Connection(url, token, {
             onState: (state) => this.stateChanged(state),
             onOnline: (rpc, hello) => void this.cameOnline(rpc, hello),
@@ -258,18 +260,12 @@ export class App {
 
     /* ---- what the user does with the picture ---- */
 
+    private async look(x: number, y: number): Promise<Pick | null> {
+        return this.rpc && pickAt((...of) => this.rpc!.call(...of), { viewId: this.view.viewId, size: this.view.size.value }, x, y);
+    }
+
     async pick(x: number, y: number): Promise<Pick | null> {
-        const [w, h] = this.view.size.value;
-        if (this.view.viewId === null || !this.rpc) return null;
-        try {
-            const hit = await this.rpc.call('pick', { view_id: this.view.viewId, x: x * w, y: y * h });
-            if (typeof hit.id !== 'string') return null;
-            const point = vec3Or(hit.point, [0, 0, 0]);
-            return { id: hit.id, point, normal: vec3Or(hit.normal, [0, 1, 0]), distance: numberOr(hit.distance, 0) };
-        } catch (error) {
-            this.report(error as Error);
-            return null;
-        }
+        return this.look(x, y).catch((error: unknown) => (this.report(error as Error), null));
     }
 
     /** Where the pointer is, in fractions of the picture; null: elsewhere. */
@@ -368,8 +364,8 @@ export class App {
 
     /** By itself, or with its group. */
     isSoloed(id: string): boolean {
-        const { solo } = this.view.settings.value;
-        return solo.includes(id) || solo.includes(stringOr(this.scene.record(id)?.group, ''));
+        const lamp = this.scene.record(id);
+        return lamp !== undefined && isSoloed(lamp, this.view.settings.value.solo);
     }
 
     /** It is on, and others are shown alone. */
@@ -465,6 +461,7 @@ export class App {
             void this.people.begin(this.user);
             this.reference.begin();
             await this.learn(rpc);
+            this.sharing.apply(); // a link that came since
         } catch (error) {
             this.report(error as Error);
         }

@@ -178,6 +178,35 @@ test('a view has two changes unanswered at most, and the newest wins', async () 
     assert.equal(calls[3]!.params.camera, undefined);
 });
 
+test('what a link takes back is as in the scene again: by a new view, as what an update leaves out stays', async () => {
+    const view = new ViewLink(call, (e) => errors.push(e), () => false);
+    const opened = view.open();
+    calls[0]!.answer({ view_id: 3 });
+    await opened;
+    const shown = async (act: () => void): Promise<[string, JsonObject][]> => {
+        const from = calls.length;
+        act();
+        await frame();
+        calls.slice(from).forEach((c) => c.answer({ view_id: 4 }));
+        await settle();
+        return calls.slice(from).map((c) => [c.method, c.params]);
+    };
+    await shown(() => view.change({ effects: { glossy: 'off' } }));
+    const [updated] = await shown(() => view.show(null, { effects: { media: 'on' } }));
+    assert.deepEqual([updated![0], updated![1].effects], ['view.update', { glossy: 'auto', media: 'on' }]);
+    for (const settings of [{ method: 'path' }, { toneMap: 'aces' }, { exposure: { auto: false, ev: 5 } }]) {
+        await shown(() => view.change({ ...settings, effects: { glossy: 'on' } }));
+        const before = view.viewId;
+        const [closing, opening] = await shown(() => view.show(null, {}));
+        assert.deepEqual([closing, opening![0], view.viewId], [['view.close', { view_id: before }], 'view.open', 4]);
+        for (const name of ['method', 'tone_map', 'exposure_ev', 'effects']) assert.ok(!(name in opening![1]), `${name} is named`);
+    }
+    await shown(() => view.change({ method: 'path' }));
+    const [other] = await shown(() => view.show(null, { method: 'live' }));
+    assert.deepEqual([other![0], other![1].method], ['view.update', 'live']);
+    assert.deepEqual(errors, []);
+});
+
 test('a browser that cannot read a tile of WebP asks for none any more', async () => {
     const view = new ViewLink(call, () => undefined, () => true);
     const open = async (): Promise<Json | undefined> => {

@@ -81,13 +81,15 @@ export class Imports {
     }
 
     /** An empty room, seen from one of its corners. */
-    async build(room: Room): Promise<void> {
+    /** True: it stands. */
+    async build(room: Room): Promise<boolean> {
         const { scene, edits, toasts, moveTo } = this.host;
         const { ops, pose } = roomOps(room, (id) => scene.peek(id) !== undefined);
-        if (!(await edits.transaction(ops))) return;
+        if (!(await edits.transaction(ops))) return false;
         this.planning.value = false;
         moveTo(pose);
         toasts.announce(`A room of ${room.length} by ${room.width} m, ${room.height} m high`);
+        return true;
     }
 
     remove(id: string): void {

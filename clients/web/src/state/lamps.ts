@@ -15,6 +15,7 @@ import type { SceneMirror } from './scene';
 import { addOf } from './scene_ops';
 import type { Toasts } from './toasts';
 import type { ViewLink } from './view';
+import { wayBack } from './way_back';
 
 export interface LampsHost {
     scene: SceneMirror;
@@ -100,16 +101,13 @@ export class Lamps {
     async remove(id: string): Promise<boolean> {
         const { scene, edits, toasts } = this.host;
         const record = scene.peek(id);
-        if (!record || !(await edits.transaction([{ op: 'remove', id }]))) return false;
-        const step = edits.step;
+        if (!record) return false;
+        const gone = edits.transaction([{ op: 'remove', id }]);
+        const { step } = edits; // before another edit is made
+        if (!(await gone)) return false;
         if (this.aiming.value === id) this.aiming.value = null;
         if (this.selected.value === id) this.selected.value = null;
-        const back = (): void => {
-            // Undo takes the last step back, and that may be another one by now.
-            if (edits.step === step) void edits.undo();
-            else void edits.transaction([addOf(record)]);
-        };
-        toasts.info(`Removed ${nameOf(record)}`, [{ label: 'Undo', run: back }]);
+        toasts.info(`Removed ${nameOf(record)}`, [{ label: 'Undo', run: wayBack(edits, toasts, step, [record]) }]);
         return true;
     }
 
@@ -185,9 +183,10 @@ export function markedOf(
     most: number,
     depth: (id: string) => number | null,
 ): string[] {
-    const others = ids.filter((id) => !selected.includes(id));
+    const [chosen, all] = [new Set(selected), new Set(ids)];
+    const others = ids.filter((id) => !chosen.has(id));
     const seen = others.map((id) => ({ id, depth: depth(id) })).filter((m): m is { id: string; depth: number } => m.depth !== null);
     const nearest = seen.length > most ? seen.sort((a, b) => a.depth - b.depth).slice(0, most) : seen;
-    return [...nearest.map((m) => m.id), ...selected.filter((id) => ids.includes(id))];
+    return [...nearest.map((m) => m.id), ...selected.filter((id) => all.has(id))];
 }
 

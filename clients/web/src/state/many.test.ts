@@ -3,7 +3,8 @@ import { test } from 'node:test';
 import { dot, length, type Vec3 } from '../lib/vec';
 import type { JsonObject } from '../protocol/rpc';
 import type { Op, SceneRecord } from '../protocol/types';
-import { aimOps, alignOps, anglesOfAll, common, copyOps, distributeOps, inWords, tileOps, yawOps } from './many';
+import { aimOps, alignOps, anglesOfAll, distributeOps, tileOps, yawOps, nearestFree } from './arrange';
+import { common, copyOps, inWords } from './many';
 import { aimOf } from './lamp_make';
 import { anchorOf } from './placement';
 import { withField } from './scene';
@@ -77,4 +78,31 @@ test('copies have names of their own, and stand where they are to', () => {
     const made = ops.filter((op) => op.op === 'add').map((op) => op as unknown as SceneRecord);
     assert.deepEqual(places(after(made, ops)), [[1, 2, 4], [2, 2, 4], [0, 0, 1]]);
     assert.equal(inWords(all), '3 lamps, 2 objects');
+});
+
+test('the nearest tile that is free is found beside where one is, however many tiles there are', () => {
+    const [columns, rows] = [7, 5];
+    const taken = new Set<number>();
+    for (const at of [[3, 2], [3.2, 2.4], [3, 2], [-4, 9], [3.49, 2.51], [100, 2], [100, 2], [100, 2.4], [3, -80], [0, 0], [6.4, 4.4], [3, 2], [3, 2], [-9, -9]] as const) {
+        const [i, j] = nearestFree(at, columns, rows, taken);
+        const free = Array.from({ length: columns * rows }, (_, k) => k).filter((k) => !taken.has(k));
+        const away = (k: number): number => Math.hypot((k % columns) - at[0], Math.floor(k / columns) - at[1]);
+        assert.ok(free.includes(i + j * columns), `${i}, ${j} is taken`);
+        assert.equal(away(i + j * columns), Math.min(...free.map(away)), `${at}`);
+        taken.add(i + j * columns);
+    }
+    // A floor of 100 m in tiles of 5 cm: 100 lamps in one place, and as many beyond its corner.
+    let looks = 0;
+    const counted = new (class extends Set<number> {
+        override has(k: number): boolean {
+            looks++;
+            return super.has(k);
+        }
+    })();
+    for (const at of [[1000, 1000], [9000, 9000]] as const)
+        for (let n = 0; n < 100; n++) {
+            const [i, j] = nearestFree(at, 2000, 2000, counted);
+            counted.add(i + j * 2000);
+        }
+    assert.ok(counted.size === 200 && looks < 2000 * 2000, `${looks} tiles were looked at`);
 });

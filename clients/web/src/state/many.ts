@@ -1,11 +1,10 @@
-/** What is said of several records together, and the ops that change all of them as one. Pure. */
+/** What is said of several records together, and how one field of all is set, and they are copied. Pure. */
 import { newId } from '../lib/ids';
-import { add, cross, dot, length, scale, sub, type Vec3 } from '../lib/vec';
-import type { Json, JsonObject } from '../protocol/rpc';
-import { vec3Or, type Op, type SceneRecord } from '../protocol/types';
-import { aimed, aimOf, anglesOf, directionOf, isAimed, type Angles } from './lamp_make';
+import { add, type Vec3 } from '../lib/vec';
+import type { Json } from '../protocol/rpc';
+import { stringOr, type Op, type SceneRecord } from '../protocol/types';
 import { isLamp, isPlaced, nameOf } from './lights';
-import { anchorOf, anchoredAt, placementOf } from './placement';
+import { anchorOf, anchoredAt } from './placement';
 import { addOf } from './scene_ops';
 
 /** What all have; null: they differ, or there is none. */
@@ -22,82 +21,7 @@ export const hasPlace = (record: SceneRecord): boolean => record.type !== 'light
 export const fieldOfAll = (records: readonly SceneRecord[], path: string, value: Json): Op[] =>
     records.map((r) => ({ op: 'set', id: r.id, path, value }));
 
-const placedAt = (record: SceneRecord, point: Vec3): Op => ({ op: 'set', id: record.id, ...anchoredAt(record, point) });
-
-const along = (record: SceneRecord, axis: number, v: number): Op =>
-    placedAt(record, anchorOf(record).map((old, i) => (i === axis ? v : old)) as unknown as Vec3);
-
-/** All at that coordinate. */
-export const alignOps = (records: readonly SceneRecord[], axis: number, v: number): Op[] => records.filter(hasPlace).map((r) => along(r, axis, v));
-
-/** Equal gaps along one axis; the outermost stay. */
-export function distributeOps(records: readonly SceneRecord[], axis: number): Op[] {
-    const at = (r: SceneRecord): number => anchorOf(r)[axis]!;
-    const sorted = records.filter(hasPlace).sort((a, b) => at(a) - at(b));
-    if (sorted.length < 3) return [];
-    const from = at(sorted[0]!);
-    const gap = (at(sorted[sorted.length - 1]!) - from) / (sorted.length - 1);
-    return sorted.slice(1, -1).map((r, i) => along(r, axis, from + (i + 1) * gap));
-}
-
-/** Into the middles of the tiles of a ceiling, as it is laid over the floor of sensor.place: the same cut at both ends. Each goes to the
- *  nearest tile that none has yet, those that are nearest to one first. null: there are fewer tiles than lamps. */
-export function tileOps(records: readonly SceneRecord[], floor: JsonObject, tileM: number): Op[] | null {
-    const [u, v] = [vec3Or(floor.u, [1, 0, 0]), vec3Or(floor.v, [0, 0, 1])];
-    const middle = vec3Or(floor.position, [0, 0, 0]);
-    const [across, down] = [scale(u, tileM / length(u)), scale(v, tileM / length(v))];
-    const [columns, rows] = [u, v].map((edge) => Math.max(1, Math.floor(length(edge) / tileM + 1e-6))) as [number, number];
-    const placed = records.filter(hasPlace);
-    if (placed.length > columns * rows) return null;
-    const cells = placed.map((record) => {
-        const off = sub(anchorOf(record), middle);
-        const cell = (edge: Vec3, n: number): number => dot(off, edge) / (tileM * tileM) + n / 2 - 0.5;
-        return { record, at: [cell(across, columns), cell(down, rows)] as const };
-    });
-    const miss = ({ at }: (typeof cells)[number]): number => Math.hypot(at[0] - Math.round(at[0]), at[1] - Math.round(at[1]));
-    const taken = new Set<number>();
-    return cells.sort((a, b) => miss(a) - miss(b)).map(({ record, at }) => {
-        const [i, j] = nearestFree(at, columns, rows, taken);
-        taken.add(i + j * columns);
-        const flat = add(middle, add(scale(across, i + 0.5 - columns / 2), scale(down, j + 0.5 - rows / 2)));
-        const up = cross(down, across);
-        const lift = scale(up, dot(sub(anchorOf(record), flat), up) / dot(up, up));
-        return placedAt(record, add(flat, lift));
-    });
-}
-
-function nearestFree([x, y]: readonly [number, number], columns: number, rows: number, taken: ReadonlySet<number>): [number, number] {
-    let [best, nearest]: [[number, number], number] = [[0, 0], Infinity];
-    for (let j = 0; j < rows; j++) {
-        for (let i = 0; i < columns; i++) {
-            const away = Math.hypot(i - x, j - y);
-            if (away >= nearest || taken.has(i + j * columns)) continue;
-            [best, nearest] = [[i, j], away];
-        }
-    }
-    return best;
-}
-
-export const anglesOfAll = (records: readonly SceneRecord[]): { tilt: number | null; turn: number | null } => {
-    const angles = records.map((r) => anglesOf(aimOf(r)));
-    return { tilt: common(angles.map((a) => a.tilt)), turn: common(angles.map((a) => a.turn)) };
-};
-
-/** One of the angles for all; each keeps its other one. */
-export const aimOps = (records: readonly SceneRecord[], part: Partial<Angles>): Op[] =>
-    records.filter(isAimed).map((r) => aimed(r, directionOf({ ...anglesOf(aimOf(r)), ...part })));
-
-/** About the vertical, as an object or a model stands; null: it is none, or a matrix places it. */
-export const yawOf = (record: SceneRecord): number | null => (record.type === 'light' ? null : (placementOf(record)?.rotateDeg[1] ?? null));
-
-export function yawOps(records: readonly SceneRecord[], deg: number): Op[] {
-    return records.flatMap((r) => {
-        const [x, , z] = placementOf(r)?.rotateDeg ?? [0, 0, 0];
-        if (yawOf(r) === null) return [];
-        const whole = r.transform === undefined || r.transform === null;
-        return [{ op: 'set', id: r.id, path: whole ? '/transform' : '/transform/rotate_deg', value: whole ? { rotate_deg: [x, deg, z] } : [x, deg, z] } as Op];
-    });
-}
+export const placedAt = (record: SceneRecord, point: Vec3): Op => ({ op: 'set', id: record.id, ...anchoredAt(record, point) });
 
 /** A model is imported again, and a lamp without a file has its light from one. */
 export const canCopy = (record: SceneRecord): boolean => (record.type === 'object' || record.type === 'light') && (record.kind !== 'ies' || Boolean(record.asset));
@@ -113,6 +37,17 @@ export function copyOps(records: readonly SceneRecord[], offset: Vec3, taken: (i
         if (hasPlace(record)) ops.push({ ...placedAt(record, add(anchorOf(record), offset)), id } as Op);
     }
     return { ops, ids };
+}
+
+/** It shines where these alone do: by itself, or with its group. */
+export const isSoloed = (lamp: SceneRecord, solo: readonly string[]): boolean => solo.includes(lamp.id) || solo.includes(stringOr(lamp.group, ''));
+
+/** What the server is told so that these lamps alone shine: their ids, and in place of all of a group its name. all: of the scene. */
+export function soloNames(lamps: readonly SceneRecord[], all: readonly SceneRecord[]): string[] {
+    const wanted = new Set(lamps.map((l) => l.id));
+    const partial = new Set(all.filter((l) => !wanted.has(l.id)).flatMap((l) => [l.id, stringOr(l.group, '')])); // a name may be a lamp's and a group's
+    const isWhole = (group: string): boolean => group !== '' && !partial.has(group) && lamps.filter((l) => l.group === group).length > 1;
+    return [...new Set(lamps.map((l) => (isWhole(stringOr(l.group, '')) ? stringOr(l.group, '') : l.id)))];
 }
 
 /** "3 lamps", "2 lamps, 1 object" */

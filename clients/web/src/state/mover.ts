@@ -12,7 +12,7 @@ export interface MoverHost {
     edits: Edits;
     toasts: Toasts;
     snap: Snap;
-    /** What moves with it, it included. */
+    /** What moves with it, it included, but for what a model takes along. */
     with(id: string): readonly string[];
 }
 
@@ -20,6 +20,8 @@ export class Mover {
     /** Where each was when it was taken. */
     private start = new Map<string, Vec3>();
     private led = '';
+    /** Where that was; a model may take it along. */
+    private from: Vec3 | null = null;
 
     constructor(private readonly host: MoverHost) {}
 
@@ -27,6 +29,8 @@ export class Mover {
         const { scene } = this.host;
         this.led = id;
         this.start = new Map();
+        const led = scene.peek(id);
+        this.from = led ? anchorOf(led) : null;
         for (const one of this.host.with(id)) {
             const record = scene.peek(one);
             if (record) this.start.set(one, anchorOf(record));
@@ -36,7 +40,7 @@ export class Mover {
     /** How far the centre of what was grabbed is to be from where it was. A step of the gesture. */
     by(delta: Vec3, how: How = 'free'): void {
         const { scene, edits, snap } = this.host;
-        const from = this.start.get(this.led);
+        const { from } = this;
         if (!from) return;
         const moved = sub(snap.point(add(from, delta), from, how), from);
         for (const [id, at] of this.start) {

@@ -28,6 +28,7 @@ export interface PeopleHost {
     call(method: string, params: JsonObject): Promise<JsonObject>;
     online: ReadonlySignal<boolean>;
     pose: ReadonlySignal<CameraPose>;
+    /** Nobody waits for what it finds, so that a refusal is not told. */
     pick(x: number, y: number): Promise<Pick | null>;
     announce(text: string): void;
 }
@@ -36,6 +37,7 @@ export class People {
     /** In the order in which the server has them, this page's own session left out. */
     readonly others = computed(() => this.all.value.filter((p) => p.session !== this.own));
     private readonly all = signal<readonly Person[]>([]);
+    private readonly known = new Map<string, Known>();
     private own = '';
     private told = '';
     private point: Vec3 | null = null;
@@ -63,7 +65,7 @@ export class People {
 
     notified(params: JsonObject): void {
         const before = new Map(this.others.peek().map((p) => [p.session, p.name]));
-        this.all.value = peopleIn(params.people);
+        this.all.value = peopleIn(params.people, this.known);
         const now = new Set(this.others.peek().map((p) => p.session));
         const came = this.others.peek().filter((p) => !before.has(p.session)).map((p) => `${p.name} is here`);
         const left = [...before].filter(([session]) => !now.has(session)).map(([, name]) => `${name} left`);
@@ -73,6 +75,7 @@ export class People {
     /** Fractions of the picture; null: the pointer is elsewhere. Nobody looks: nothing is asked. */
     pointAt(place: readonly [number, number] | null): void {
         this.pointer = place;
+        if (place === null) this.point = null; // who comes next is not told where it once was
         if (this.others.peek().length > 0) void this.look();
     }
 
@@ -80,7 +83,8 @@ export class People {
         if (this.looking) return;
         this.looking = true;
         const { pointer } = this;
-        this.point = (pointer && (await this.host.pick(...pointer)))?.point ?? null;
+        const hit = pointer && (await this.host.pick(...pointer).catch(() => null));
+        this.point = this.pointer === null ? null : (hit?.point ?? null);
         this.soon();
         setTimeout(() => {
             this.looking = false;
@@ -110,17 +114,28 @@ function nameOf(session: string, person: string): string {
     return name === '' || name.startsWith('lumend-web') ? 'Guest' : name;
 }
 
-export function peopleIn(list: Json | undefined): Person[] {
+/** What somebody is known by for as long as she is here. */
+export type Known = Readonly<{ name: string; colour: string }>;
+
+/** known: of those that are here, by session; filled, and those that left are taken out of it. */
+export function peopleIn(list: Json | undefined, known: Map<string, Known> = new Map()): Person[] {
     const told = Array.isArray(list) ? list.filter(isObject) : [];
-    const names = told.map((p) => nameOf(stringOr(p.session, ''), stringOr(p.person, '')));
-    return told.map((p, i) => ({
-        session: stringOr(p.session, ''),
-        name: names.indexOf(names[i]!) === names.lastIndexOf(names[i]!) ? names[i]! : `${names[i]} ${names.slice(0, i + 1).filter((n) => n === names[i]).length}`,
-        role: roleOf(p.role),
-        colour: COLOURS[i % COLOURS.length]!,
-        camera: cameraIn(p.camera),
-        point: Array.isArray(p.point) ? vec3Or(p.point, [0, 0, 0]) : null,
-    }));
+    const sessions = told.map((p) => stringOr(p.session, ''));
+    for (const session of known.keys()) if (!sessions.includes(session)) known.delete(session);
+    return told.map((p, i) => {
+        const session = sessions[i]!;
+        const before = known.get(session) ?? newcomer(nameOf(session, stringOr(p.person, '')), [...known.values()]);
+        known.set(session, before);
+        return { session, ...before, role: roleOf(p.role), camera: cameraIn(p.camera), point: Array.isArray(p.point) ? vec3Or(p.point, [0, 0, 0]) : null };
+    });
+}
+
+/** The colour that the fewest have, and a name that nobody has. */
+function newcomer(name: string, others: readonly Known[]): Known {
+    const worn = (colour: string): number => others.filter((o) => o.colour === colour).length;
+    const fewest = Math.min(...COLOURS.map(worn));
+    const names = [name, ...others.map((_, i) => `${name} ${i + 2}`)];
+    return { name: names.find((n) => others.every((o) => o.name !== n))!, colour: COLOURS.find((c) => worn(c) === fewest)! };
 }
 
 function cameraIn(camera: Json | undefined): CameraPose | null {

@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { signal } from '@preact/signals';
+import type { Op } from '../protocol/types';
 import type { Edits } from './edits';
 import type { Lamps } from './lamps';
 import { Mover } from './mover';
@@ -16,15 +17,25 @@ function desk() {
     scene.load([lamp('a', 0), lamp('b', 1), lamp('c', 2), { op: 'add', type: 'object', id: 'box', mesh: 'm' }], 1);
     const sent: [string, string, unknown][] = [];
     let gestures = 0;
+    const applied: (Op[] | 'undo')[] = [];
+    const answer = Promise.resolve(true);
     const edits = {
         set: (id: string, path: string, value: unknown) => sent.push([id, path, value]),
         endGesture: () => gestures++,
-    } as unknown as Edits;
+        step: 0,
+        transaction: (ops: Op[]) => (edits.step++, applied.push(ops), answer),
+        undo: () => (edits.step++, applied.push('undo'), Promise.resolve(true)),
+    };
     const lamps = { selected: signal<string | null>(null) } as unknown as Lamps;
     const toasts = new Toasts();
-    const selection = new Selection({ scene, edits, toasts, lamps, view: null as unknown as ViewLink, call: () => Promise.reject(new Error()), onError: () => {} });
-    const mover = new Mover({ scene, edits, toasts, snap: new Snap(), with: (id) => selection.with(id) });
-    return { scene, selection, lamps, mover, toasts, sent, gestures: () => gestures };
+    const solo = (): readonly string[] => view.settings.value.solo;
+    const view = {
+        settings: signal<{ solo: readonly string[] }>({ solo: [] }),
+        change: (settings: { solo: readonly string[] }) => (view.settings.value = settings),
+    };
+    const selection = new Selection({ scene, edits: edits as unknown as Edits, toasts, lamps, view: view as unknown as ViewLink, call: () => Promise.reject(new Error()), onError: () => {} });
+    const mover = new Mover({ scene, edits: edits as unknown as Edits, toasts, snap: new Snap(), with: (id) => selection.with(id) });
+    return { scene, selection, lamps, mover, toasts, solo, edits, applied, sent, gestures: () => gestures };
 }
 const CTRL = { ctrlKey: true, metaKey: false, shiftKey: false };
 const SHIFT = { ctrlKey: false, metaKey: false, shiftKey: true };
@@ -48,6 +59,19 @@ test('a click selects one, with Ctrl it joins the others or leaves them, with Sh
     assert.deepEqual(selection.many.value, ['b', 'c']);
     selection.click('a', SHIFT, order);
     assert.deepEqual([...selection.many.value].sort(), ['a', 'b'], 'a range turns about where it began');
+});
+
+test('an object is no lamp: by its mark it is selected alone, or not at all, and it shines for nobody', () => {
+    const { selection, lamps, solo, toasts } = desk();
+    selection.set(['a']);
+    selection.solo();
+    selection.set(['a', 'box']);
+    selection.click('box', PLAIN);
+    assert.deepEqual([lamps.selected.value, selection.many.value], [null, ['box']]);
+    selection.solo();
+    assert.deepEqual([solo(), toasts.announced.value.trim()], [['a'], 'No lamp is selected'], 'what shines alone stays');
+    selection.click('box', PLAIN);
+    assert.deepEqual(selection.ids.value, []);
 });
 
 test('whatever else selects a lamp, the others are let go; what is gone is not selected', () => {
@@ -77,4 +101,71 @@ test('a hand on one of several takes all along as one gesture; on another one, t
     mover.grab('c');
     mover.by([0, 1, 0]);
     assert.deepEqual(sent, [['c', '/position', [2, 3, 0]]]);
+});
+
+test('as many are shown alone as the server takes: sixteen names, of which that of a whole group is one', () => {
+    const { scene, selection, solo, toasts } = desk();
+    const lamp = (id: string, group?: string) => ({ op: 'add', type: 'light', kind: 'point', id, flux_lm: 1, position: [0, 0, 0], ...(group ? { group } : {}) });
+    const row = Array.from({ length: 20 }, (_, i) => `row-${i}`);
+    scene.load([...row.map((id) => lamp(id, 'row')), ...Array.from({ length: 17 }, (_, i) => lamp(`l${i}`)), lamp('one', 'half'), lamp('other', 'half')], 1);
+    selection.set([...row, 'one']);
+    selection.solo();
+    assert.deepEqual(solo(), ['row', 'one'], 'of a part of a group each is named');
+    assert.match(toasts.announced.value, /^Only 21 lamps shine/);
+    selection.set(['row-3', 'row-4']);
+    selection.solo();
+    assert.deepEqual(solo(), [], 'they shone alone, with their group');
+    selection.set(Array.from({ length: 16 }, (_, i) => `l${i}`));
+    selection.solo();
+    assert.equal(solo().length, 16);
+    selection.set(Array.from({ length: 17 }, (_, i) => `l${i}`));
+    selection.solo();
+    assert.equal(solo().length, 16, 'what the server would refuse is not asked for');
+    assert.match(toasts.shown.value.at(-1)!.text, /at most 16 .* these are 17/);
+    scene.load([lamp('a', 'row'), lamp('b', 'row'), lamp('row')], 2);
+    selection.set(['a', 'b']);
+    selection.solo();
+    assert.deepEqual(solo(), ['a', 'b'], 'the name of the group is that of another lamp, too');
+});
+
+test('a model takes its own lamps along: moved and removed once', async () => {
+    const { scene, selection, mover, sent, applied } = desk();
+    scene.load([{ op: 'add', type: 'import', id: 'm', asset: 'm.glb' }, { op: 'add', type: 'light', kind: 'point', id: 'm/l', origin: 'm', flux_lm: 1, position: [0, 1, 0] }], 2);
+    selection.set(['m', 'm/l']);
+    for (const led of ['m', 'm/l']) {
+        sent.length = 0;
+        mover.grab(led);
+        mover.by([1, 0, 0]);
+        assert.deepEqual(sent.map(([id]) => id), ['m'], led);
+    }
+    await selection.remove();
+    assert.deepEqual(applied, [[{ op: 'remove', id: 'm' }]]);
+    selection.set(['m/l']);
+    mover.grab('m/l');
+    sent.length = 0;
+    mover.by([1, 0, 0]);
+    assert.deepEqual(sent.map(([id]) => id), ['m/l']);
+});
+
+test('the way back of a removal is its own step, whatever was done meanwhile, and makes nothing of a model anew', async () => {
+    const { scene, selection, toasts, edits, applied } = desk();
+    const undo = (): void => toasts.shown.value.at(-1)!.actions[0]!.run();
+    selection.set(['a', 'b']);
+    const removing = selection.remove();
+    edits.step++; // another edit, before the answer
+    await removing;
+    undo();
+    assert.deepEqual((applied.at(-1) as Op[]).map((op) => [op.op, op.id]), [['add', 'a'], ['add', 'b']]);
+    selection.set(['a', 'b']);
+    await selection.remove();
+    undo();
+    assert.equal(applied.at(-1), 'undo');
+    scene.load(['x', 'y'].map((id) => ({ op: 'add', type: 'object', id, origin: 'm', mesh: 'k' })), 2);
+    selection.set(['x', 'y']);
+    await selection.remove();
+    edits.step++;
+    const n = applied.length;
+    undo();
+    assert.equal(applied.length, n);
+    assert.match(toasts.shown.value.at(-1)!.text, /^It came with a model/);
 });

@@ -2,17 +2,17 @@
 import { batch, computed, effect, signal } from '@preact/signals';
 import { dot, scale } from '../lib/vec';
 import type { JsonObject } from '../protocol/rpc';
-import type { Op, SceneRecord } from '../protocol/types';
+import { stringOr, type Op, type SceneRecord } from '../protocol/types';
 import { basis, poseFromOrbit } from '../view/camera';
 import type { Edits } from './edits';
 import type { Lamps } from './lamps';
 import { extentOf, isLamp, isOn } from './lights';
-import { copyOps, fieldOfAll, hasPlace, inWords, tileOps } from './many';
+import { copyOps, fieldOfAll, hasPlace, inWords, isSoloed, soloNames } from './many';
 import { anchorOf } from './placement';
 import type { SceneMirror } from './scene';
-import { addOf } from './scene_ops';
 import type { Toasts } from './toasts';
-import type { ViewLink } from './view';
+import { MOST_SOLO, type ViewLink } from './view';
+import { wayBack } from './way_back';
 
 export interface SelectionHost {
     scene: SceneMirror;
@@ -38,6 +38,8 @@ export class Selection {
         const one = this.host.lamps.selected.value;
         return this.many.value.length > 0 ? this.many.value : one === null ? [] : [one];
     });
+    /** The same, to look one up. */
+    readonly chosen = computed<ReadonlySet<string>>(() => new Set(this.ids.value));
     /** Where a range begins. */
     private from: string | null = null;
 
@@ -51,9 +53,16 @@ export class Selection {
         return this.ids.value.map((id) => this.host.scene.record(id)).filter((r) => r !== undefined);
     }
 
+    /** Without what comes along with a model that is selected, too: moved, or removed, it would be twice. */
+    wholes(): SceneRecord[] {
+        const records = this.records();
+        const models = new Set(records.filter((r) => r.type === 'import').map((r) => r.id));
+        return records.filter((r) => !models.has(stringOr(r.origin, '')));
+    }
+
     /** What moves with it. */
     with(id: string): readonly string[] {
-        return this.many.peek().includes(id) ? this.many.peek() : [id];
+        return this.many.peek().includes(id) ? this.wholes().map((r) => r.id) : [id];
     }
 
     set(ids: readonly string[]): void {
@@ -89,6 +98,11 @@ export class Selection {
         else if (ctrlKey || metaKey || shiftKey) this.toggle(id);
         else {
             this.from = id;
+            if (!isLamp(this.host.scene.peek(id))) {
+                const ids = this.ids.peek();
+                this.set(ids.length === 1 && ids[0] === id ? [] : [id]);
+                return;
+            }
             selected.value = selected.value === id ? null : id;
             if (selected.value === null) this.many.value = [];
         }
@@ -119,28 +133,37 @@ export class Selection {
     }
 
     solo(): void {
-        const { view, toasts } = this.host;
-        const lamps = this.records().filter(isLamp).map((r) => r.id);
-        const { solo } = view.settings.peek();
-        const already = lamps.length > 0 && lamps.every((id) => solo.includes(id));
-        view.change({ solo: already ? [] : lamps });
-        toasts.announce(already ? 'All lamps that are on shine again' : `Only ${lamps.length === 1 ? `${lamps[0]} shines` : `${lamps.length} lamps shine`}, in your view alone`);
-    }
-
-    async remove(): Promise<void> {
-        const { scene, edits, toasts, lamps } = this.host;
-        if (this.many.peek().length === 0) {
-            if (lamps.selected.peek() !== null) await lamps.remove(lamps.selected.peek()!);
+        const { scene, view, toasts } = this.host;
+        const lamps = this.records().filter(isLamp);
+        if (lamps.length === 0) {
+            toasts.announce('No lamp is selected');
             return;
         }
-        const records = this.ids.peek().map((id) => scene.peek(id)).filter((r) => r !== undefined);
-        if (!(await edits.transaction(records.map((r) => ({ op: 'remove', id: r.id }))))) return;
-        const step = edits.step;
+        const { solo } = view.settings.peek();
+        const already = lamps.every((r) => isSoloed(r, solo));
+        const all = scene.lamps.peek().map((id) => scene.peek(id)).filter((r) => r !== undefined);
+        const names = already ? [] : soloNames(lamps, all);
+        if (names.length > MOST_SOLO) {
+            toasts.info(`A view shows at most ${MOST_SOLO} lamps or whole groups alone, and these are ${names.length}: give them a group`);
+            return;
+        }
+        view.change({ solo: names });
+        toasts.announce(already ? 'All lamps that are on shine again' : `Only ${lamps.length === 1 ? `${lamps[0]!.id} shines` : `${lamps.length} lamps shine`}, in your view alone`);
+    }
+
+    /** True: it is gone. */
+    async remove(): Promise<boolean> {
+        const { edits, toasts, lamps } = this.host;
+        if (this.many.peek().length === 0) {
+            return lamps.selected.peek() !== null && lamps.remove(lamps.selected.peek()!);
+        }
+        const records = this.wholes();
+        const gone = edits.transaction(records.map((r) => ({ op: 'remove', id: r.id })));
+        const { step } = edits; // before another edit is made
+        if (!(await gone)) return false;
         this.clear();
-        // Undo takes the last step back, and that may be another one by now. What came with a model is made by undo alone.
-        const again = records.filter((r) => r.type !== 'import').map((r) => addOf(r));
-        const back = (): void => void (edits.step === step ? edits.undo() : edits.transaction(again));
-        toasts.info(`Removed ${inWords(records)}`, [{ label: 'Undo', run: back }]);
+        toasts.info(`Removed ${inWords(records)}`, [{ label: 'Undo', run: wayBack(edits, toasts, step, records) }]);
+        return true;
     }
 
     /** Copies beside all of them, to the right as one sees it, and selected. */
@@ -166,8 +189,8 @@ export class Selection {
     async intoTiles(tileM: number): Promise<void> {
         const { call, onError, toasts } = this.host;
         try {
-            const floor = await call('sensor.place', { border_m: 0 });
-            const ops = tileOps(this.records(), floor, tileM);
+            const [{ tileOps }, floor] = await Promise.all([import('./arrange'), call('sensor.place', { border_m: 0 })]);
+            const ops = tileOps(this.wholes(), floor, tileM);
             if (ops) await this.apply(ops, `In the middles of ${ops.length} tiles`);
             else toasts.info('The ceiling has fewer tiles than that');
         } catch (error) {

@@ -40,6 +40,8 @@ test('each field that is no good is named, and the rest counts', () => {
         ['scale=cubic', /“scale”.*log, linear/],
         ['min=1e13', /“min”/],
         ['min=0', /“min”.*above 0/],
+        ['max=0', /“max”.*above 0/],
+        ['scale=linear&max=0', /“max”.*above 0/],
         ['scale=linear&min=5&max=5', /“min”.*less than “max”/],
         ['smooth=1', /“smooth”.*true or false/],
         ['colour=red', /“colour” of the link is not known/],
@@ -53,7 +55,7 @@ test('each field that is no good is named, and the rest counts', () => {
         assert.match(refused[0]!, why, end);
         assert.deepEqual(pose?.position, [0, 1, 3], end);
     }
-    for (const [end, field] of [['eye=0,1', 'eye'], ['eye=0,1,2', 'at'], ['at=0,1,2', 'eye'], ['eye=1,1,1&at=1,1,1', 'at'], ['eye=0,0,1e10&at=0,0,0', 'eye'], ['eye=0,0,Infinity&at=0,0,0', 'eye']] as const) {
+    for (const [end, field] of [['eye=0,1', 'eye'], ['eye=0,1,2', 'at'], ['at=0,1,2', 'eye'], ['eye=1,1,1&at=1,1,1', 'at'], ['eye=0,0,1e10&at=0,0,0', 'eye'], ['eye=0,0,Infinity&at=0,0,0', 'eye'], ['eye=1e9,0,0&at=999999999.999,0,0', 'eye']] as const) {
         const { pose, refused } = read(end);
         assert.equal(pose, null, end);
         assert.ok(refused.some((r) => r.includes(`“${field}”`)), `${end}: ${refused.join('; ')}`);

@@ -6,7 +6,8 @@
  */
 import type { CameraPose } from '../protocol/types';
 import { length, sub, type Vec3 } from '../lib/vec';
-import { FORCES, isOfLight, OVERLAYS, PLAIN_FALSE_COLOUR, type FalseColour, type Force, type OverlayName, type ViewSettings } from './view';
+import { orbitFromPose, poseFromOrbit } from '../view/camera';
+import { FORCES, isOfLight, MOST_SOLO, OVERLAYS, PLAIN_FALSE_COLOUR, type FalseColour, type Force, type OverlayName, type ViewSettings } from './view';
 
 /** How a view looks, of what a link can say. */
 export type SharedSettings = Pick<ViewSettings, 'method' | 'exposure' | 'toneMap' | 'whiteBalance' | 'effects' | 'overlay' | 'falseColour' | 'solo'>;
@@ -29,7 +30,7 @@ export interface Known {
 const MOST_BYTES = 4096;
 const MARK = 'view=1';
 /** As the protocol has them. */
-const [MOST_M, MOST_EV, MOST_VALUE, MOST_SOLO] = [1e9, 40, 1e12, 16];
+const [MOST_M, MOST_EV, MOST_VALUE] = [1e9, 40, 1e12];
 const ID = /^[\w.:/-]{1,64}$/;
 const TONE_MAPS = ['agx', 'aces', 'reinhard', 'none'];
 /** Metres apart, eye and what it looks at. */
@@ -152,7 +153,12 @@ function poseIn(take: Take, refuse: Refuse): CameraPose | null {
         refuse('at', 'another place than “eye”');
         return null;
     }
-    return { position, target, up: length(up) < NEAREST ? [0, 1, 0] : up, vfov_deg };
+    // As the page holds it, with the eye at a distance of its own: what the server refuses would be no picture at all.
+    const pose: CameraPose = { position, target, up: length(up) < NEAREST ? [0, 1, 0] : up, vfov_deg };
+    const held = poseFromOrbit(orbitFromPose(pose));
+    if ([...held.position, ...held.target, ...held.up].every((v) => Math.abs(v) <= MOST_M)) return pose;
+    refuse('eye', `so that a view from it stays within ${MOST_M} metres`);
+    return null;
 }
 
 function colourIn(take: Take, refuse: Refuse): FalseColour | null {
@@ -166,6 +172,10 @@ function colourIn(take: Take, refuse: Refuse): FalseColour | null {
     });
     const colour = { ...PLAIN_FALSE_COLOUR, ...told };
     const { min, max, scale } = colour;
+    if (min === null && max === 0) {
+        refuse('max', 'above 0');
+        colour.max = null;
+    }
     if ((min !== null && max !== null && min >= max) || (scale === 'log' && min === 0)) {
         refuse('min', scale === 'log' ? 'above 0, and less than “max”' : 'less than “max”');
         Object.assign(colour, { min: null, max: null });

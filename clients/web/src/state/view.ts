@@ -96,6 +96,9 @@ export interface ViewSettings {
     stream: Stream;
 }
 
+/** Where null is what the scene has, whatever that becomes. */
+const OF_SCENE = ['method', 'exposure', 'toneMap'] as const;
+
 const KEY = 'lumend.view';
 
 /** How fine and over how thin a line is a matter of this machine, and remembered; the rest belongs to the scene. */
@@ -116,6 +119,8 @@ function rememberedSettings(): ViewSettings {
     };
 }
 
+/** LUM_LIMIT_SOLO: names of lamps and groups that a view is shown by alone. */
+export const MOST_SOLO = 16;
 /** LUM_LIMIT_VIEW_SIDE */
 const MAX_SIDE = 4096;
 /** Poses of cameras that no frame has shown yet; a server that is this far behind has skipped the older ones. */
@@ -148,8 +153,10 @@ interface Dirty {
     size: boolean;
     settings: boolean;
     tiles: boolean;
+    /** An update cannot say it: what is left out of it stays. */
+    anew: boolean;
 }
-const clean = (): Dirty => ({ camera: false, size: false, settings: false, tiles: false });
+const clean = (): Dirty => ({ camera: false, size: false, settings: false, tiles: false, anew: false });
 
 export class ViewLink {
     readonly orbit = signal<Orbit>(orbitFromPose(DEFAULT_POSE));
@@ -170,6 +177,8 @@ export class ViewLink {
     /** What this browser reads beside JPEG and PNG: the server chooses for a thin line. */
     private codecs = ['webp'];
     private unanswered = 0;
+    /** Effects that the server was told of, for this view: those that are none of the settings any more are automatic again. */
+    private readonly told = new Set<string>();
     private readonly numbers = new CameraNumbers('view');
     private readonly sent = new Map<number, Sent>();
     private dirty = clean();
@@ -189,9 +198,11 @@ export class ViewLink {
 
     /** As a link says; what it does not name is as usual, but for what is of this machine. */
     show(pose: CameraPose | null, settings: Partial<ViewSettings>): void {
-        const { stop, resolution, stream } = this.settings.value;
+        const before = this.settings.value;
+        const { stop, resolution, stream } = before;
         if (pose) this.moveTo(orbitFromPose(pose));
         this.change({ ...rememberedSettings(), stop, resolution, stream, ...settings });
+        if (OF_SCENE.some((name) => before[name] !== null && this.settings.value[name] === null)) this.mark('anew');
     }
 
     resize(cssW: number, cssH: number, ratio: number): void {
@@ -223,6 +234,7 @@ export class ViewLink {
         this.unanswered = 0;
         this.opening = true;
         this.numbers.begin();
+        this.told.clear();
         try {
             this.dirty = clean();
             const reply = await this.call('view.open', {
@@ -290,7 +302,8 @@ export class ViewLink {
     private async flush(): Promise<void> {
         const { viewId } = this;
         if (viewId === null || this.unanswered >= MAX_UNANSWERED || !this.isDirty()) return;
-        const { camera, size, settings, tiles } = this.dirty;
+        const { camera, size, settings, tiles, anew } = this.dirty;
+        if (anew) return this.again(viewId);
         this.dirty = clean();
         const params: JsonObject = { view_id: viewId, ...this.numbered(performance.now()) };
         const seq = this.numbers.last;
@@ -309,6 +322,11 @@ export class ViewLink {
         if (viewId !== this.viewId) return; // of a connection that is gone, whose count is
         this.unanswered--;
         if (this.isDirty()) this.pacer.request();
+    }
+
+    private async again(viewId: number): Promise<void> {
+        this.call('view.close', { view_id: viewId }).catch(this.onError);
+        await this.open().catch(this.onError);
     }
 
     /** What shows the same as this view, but for its camera, method and quality: for a view beside it. ev: as this one is exposed; scale: of its map. */
@@ -343,7 +361,8 @@ export class ViewLink {
         const budget: JsonObject = error !== null && this.addsSamples() ? { error } : {};
         const params: JsonObject = { codec, codecs: [...this.codecs], quality, white_balance_k: s.whiteBalance, overlay: s.overlay, budget, solo: [...s.solo] };
         if (isOfLight(s.overlay)) params.false_color = { ...s.falseColour };
-        if (Object.keys(s.effects).length > 0) params.effects = { ...s.effects };
+        for (const name of Object.keys(s.effects)) this.told.add(name);
+        if (this.told.size > 0) params.effects = Object.fromEntries([...this.told].map((name) => [name, s.effects[name] ?? 'auto']));
         if (s.method !== null) params.method = s.method;
         if (s.toneMap !== null) params.tone_map = s.toneMap;
         if (s.exposure !== null) params.exposure_ev = s.exposure.auto ? null : s.exposure.ev;

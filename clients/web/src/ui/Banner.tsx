@@ -55,8 +55,9 @@ function emptinessOf(app: App, inView: 'nothing' | 'dark'): Emptiness {
         return { what: 'The scene has no light', remedy: 'drag a luminaire to where it is to hang, or', button: ['Add a lamp', () => void app.lamps.add('point')] };
     }
     if (app.view.settings.value.solo.length > 0) {
-        const [name] = app.view.settings.value.solo;
-        return { what: `${name} alone lights nothing here`, button: ['Show all lamps', () => app.toggleSolo(name!)] };
+        const { solo } = app.view.settings.value;
+        const what = solo.length > 1 ? `${lights.filter((id) => app.isSoloed(id)).length} lamps alone light nothing here` : `${solo[0]} alone lights nothing here`;
+        return { what, button: ['Show all lamps', () => app.toggleSolo(solo[0]!)] };
     }
     if (!lights.some((id) => isOn(scene.peek(id)!))) {
         return { what: 'All lights are off', remedy: 'switch one on, in the list' };

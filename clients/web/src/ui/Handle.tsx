@@ -73,7 +73,6 @@ export function Handle({ name, id, at, reachable, onGrab, onPress, moveTo, onEnd
         if (e.button !== 0) return;
         e.stopPropagation(); // the camera stays
         if (!isModified(e)) grab();
-        if (!app.mayEdit.value) return;
         (e.currentTarget as Element).setPointerCapture(e.pointerId);
         grip.current = { dx: x - e.clientX, dy: y - e.clientY, from: at };
     };
@@ -82,6 +81,10 @@ export function Handle({ name, id, at, reachable, onGrab, onPress, moveTo, onEnd
         if (!taken) return;
         const [toX, toY] = [e.clientX + taken.dx, e.clientY + taken.dy];
         if (!moved.current && Math.hypot(toX - x, toY - y) < SLOP_PX) return;
+        if (!app.mayEdit.value) {
+            grip.current = null; // no click, and it stays
+            return;
+        }
         if (!moved.current && isModified(e)) grab();
         movePlace(taken.from, toX / width, toY / height, e.shiftKey, app.snap.how(e, false));
     };

@@ -31,6 +31,7 @@ export function LightRow({ id, inGroup, place, order }: RowProps) {
     const app = useApp();
     const light = app.scene.record(id);
     const many = app.selection.many.value;
+    const chosen = app.selection.chosen.value;
     const selected = app.lamps.selected.value === id;
     const row = useRef<HTMLLIElement>(null);
     useEffect(() => {
@@ -47,7 +48,7 @@ export function LightRow({ id, inGroup, place, order }: RowProps) {
         <li
             ref={row}
             {...lineProps(place)}
-            class={`light ${selected || many.includes(id) ? 'is-selected' : ''} ${on ? '' : 'is-off'} ${inGroup ? 'in-group' : ''} ${replaced || app.isHidden(id) ? 'is-hidden' : ''}`}
+            class={`light ${chosen.has(id) ? 'is-selected' : ''} ${on ? '' : 'is-off'} ${inGroup ? 'in-group' : ''} ${replaced || app.isHidden(id) ? 'is-hidden' : ''}`}
         >
             <div class="light-head">
                 <Editing>
@@ -60,7 +61,7 @@ export function LightRow({ id, inGroup, place, order }: RowProps) {
                     tabIndex={tabIndex}
                     title={id}
                     aria-expanded={selected}
-                    aria-pressed={many.length > 0 ? many.includes(id) : undefined}
+                    aria-pressed={many.length > 0 ? chosen.has(id) : undefined}
                     onClick={(e) => app.selection.click(id, e, order())}
                 >
                     {nameOf(light)}

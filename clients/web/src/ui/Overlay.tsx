@@ -174,7 +174,7 @@ function Lamp({ id, named }: { id: string; named: boolean }) {
     const light = app.scene.record(id);
     if (!light || !isPlaced(light)) return null;
     const ids = app.selection.ids.value;
-    const selected = ids.includes(id);
+    const selected = app.selection.chosen.value.has(id);
     const on = isOn(light);
     return (
         <>

@@ -6,7 +6,7 @@ import { useApp } from './context';
 /** Of what is drawn of a camera, of the distance from which it is seen: near or far it is as large. */
 const SIZE = 0.05;
 
-/** Where others stand, and what they point at. The panel "People" has the same in words. */
+/** Where others stand, and what they point at. The panel "People" has their names, and goes where they stand; what they point at is here alone. */
 export function PeopleMarks() {
     const { others } = useApp().people;
     return (

@@ -18,9 +18,9 @@ export function RoomForm() {
     const build = async (): Promise<void> => {
         if (busy.value) return;
         busy.value = true;
-        await imports.build(room.value);
+        const built = await imports.build(room.value);
         busy.value = false;
-        goTo('library-title'); // what a room needs next
+        if (built) goTo('library-title'); // what a room needs next
     };
     const { side, height, reflectance } = ROOM_LIMITS;
     const field = (label: string, what: keyof Room, unit: string, limits: { min: number; max: number }, step: number) => (

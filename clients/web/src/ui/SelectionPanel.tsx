@@ -1,13 +1,16 @@
 import { useSignal } from '@preact/signals';
+import { useRef } from 'preact/hooks';
 import type { SceneRecord } from '../protocol/types';
+import { alignOps, aimOps, anglesOfAll, distributeOps, yawOf, yawOps } from '../state/arrange';
 import { isAimed } from '../state/lamp_make';
 import { isLamp, isOn } from '../state/lights';
-import { alignOps, aimOps, anglesOfAll, common, distributeOps, fieldOfAll, hasPlace, inWords, yawOf, yawOps } from '../state/many';
+import { common, fieldOfAll, hasPlace, inWords } from '../state/many';
 import { anchorOf } from '../state/placement';
 import { ColourFields } from './ColourFields';
 import { useApp } from './context';
 import { DimFields } from './DimFields';
 import { Editing } from './Editing';
+import { useFocusAfter } from './focus';
 import { GroupField } from './GroupField';
 import { Icon } from './Icon';
 import { GroupDimmer } from './LightGroup';
@@ -22,11 +25,18 @@ export function SelectionPanel() {
     const app = useApp();
     if (app.selection.many.value.length === 0) return null;
     const records = app.selection.records();
-    if (records.length === 0) return null;
+    return records.length > 0 ? <Several records={records} /> : null;
+}
+
+function Several({ records }: { records: readonly SceneRecord[] }) {
+    const app = useApp();
+    const box = useRef<HTMLElement>(null);
+    useFocusAfter(box);
+    const wholes = app.selection.wholes();
     const lamps = records.filter(isLamp);
     const anyOn = lamps.some(isOn);
     return (
-        <section class="section selection" aria-labelledby="selection-title">
+        <section ref={box} class="section selection" aria-labelledby="selection-title">
             <header class="section-head">
                 <h2 id="selection-title">{inWords(records)} selected</h2>
                 {lamps.length > 0 && (
@@ -54,9 +64,9 @@ export function SelectionPanel() {
                             <ColourFields lights={lamps} />
                         </>
                     )}
-                    <Place records={records} />
-                    <Turned records={records} />
-                    <Arrange records={records.filter(hasPlace)} />
+                    <Place records={wholes} />
+                    <Turned records={wholes} />
+                    <Arrange records={wholes.filter(hasPlace)} />
                     {lamps.length > 0 && (
                         <GroupField
                             name="Selected lamps"

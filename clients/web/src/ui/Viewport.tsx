@@ -92,7 +92,7 @@ function Modes() {
             {solo.length > 0 && (
                 <p class="mode is-solo">
                     <span>
-                        Only <b>{solo.length > 1 ? `${solo.length} lamps` : solo[0]}</b>, in your view
+                        Only <b>{solo.length > 1 ? `${app.scene.lamps.value.filter((id) => app.isSoloed(id)).length} lamps` : solo[0]}</b>, in your view
                     </span>
                     <button type="button" class="button" onClick={() => app.toggleSolo(solo[0]!)}>
                         Show all

@@ -4,6 +4,7 @@ import type { RefObject } from 'preact';
 import { useEffect, useLayoutEffect, useRef } from 'preact/hooks';
 import { inSight, layoutOf, type Line } from '../state/listing';
 import { useApp } from './context';
+import { toStage } from './focus';
 
 /** Up to so many are all drawn. */
 const FEW = 60;
@@ -141,12 +142,13 @@ export function useLines(lines: readonly Line[], selected: string | null): Lines
         if (ctrl || e.key === ' ') return;
         if (e.key === 'Delete' && 'id' in line) {
             take();
-            if (selection.many.peek().includes(line.id)) {
-                void selection.remove();
-                return;
-            }
-            const next = lines[at + 1] ?? lines[at - 1];
-            void app.lamps.remove(line.id).then((gone) => gone && next && goToKey(next.key));
+            const many = selection.many.peek().includes(line.id);
+            const goes = (l: Line): boolean => ('id' in l ? [l.id] : l.ids).every((id) => id === line.id || (many && selection.chosen.peek().has(id)));
+            const next = lines.slice(at + 1).find((l) => !goes(l)) ?? lines.slice(0, at).reverse().find((l) => !goes(l));
+            void (many ? selection.remove() : app.lamps.remove(line.id)).then((gone) => {
+                if (gone && next) goToKey(next.key);
+                else if (gone) toStage();
+            });
             return;
         }
         const to: Record<string, number> = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: lines.length - 1 };

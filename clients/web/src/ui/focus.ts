@@ -1,0 +1,15 @@
+/** Where the focus goes when what has it goes away: never to the page as a whole, where the keyboard begins anew. */
+import type { RefObject } from 'preact';
+import { useLayoutEffect } from 'preact/hooks';
+
+export const toStage = (): void => document.querySelector<HTMLElement>('.stage')?.focus({ preventScroll: true });
+
+/** To the picture, when this goes while the focus is in it. */
+export function useFocusAfter(box: RefObject<HTMLElement | null>): void {
+    useLayoutEffect(() => {
+        const element = box.current;
+        return () => {
+            if (element?.contains(document.activeElement)) toStage();
+        };
+    }, []);
+}
