@@ -221,8 +221,8 @@ test('they are grouped, copied and removed as one, with a way back', async () =>
     await name('bulb-1').click();
     await name('bulb-2').click({ modifiers: ['Control'] });
     await name('bulb-2').press('Delete');
+    await eventually(async () => (await count()) === 7, count);
     await eventually(() => page.evaluate(() => document.activeElement.matches('.light-name')), () => page.evaluate(() => document.activeElement.outerHTML.slice(0, 200)));
-    assert.equal(await count(), 7);
     await page.locator('.stage').press('z');
     await eventually(async () => (await count()) === 9, count);
 });
