@@ -12,6 +12,7 @@ export interface CameraPose {
     target: Vec3;
     up?: Vec3;
     vfov_deg?: number;
+    projection?: 'perspective' | 'panorama';
 }
 
 /** Of view.open and view.update. */
