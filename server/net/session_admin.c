@@ -103,6 +103,7 @@ static const struct {
 bool lum_session_administer(struct lum_session *s, struct lum_rpc *rpc)
 {
     struct lum_proto_error err;
+    (void)lum_proto_fail_memory(&err); /* of an answer that cannot be made; what is refused says why */
     for (size_t i = 0; i < LUM_ARRAY_LEN(methods); i++) {
         if (strcmp(methods[i].method, rpc->method) != 0)
             continue;
