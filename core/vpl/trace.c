@@ -313,7 +313,8 @@ static bool cross_fog(struct lum_vpl_walk *w, struct lum_vpl_path *path, uint32_
 {
     struct lum_vec3 o = {w->rays.ox[i], w->rays.oy[i], w->rays.oz[i]};
     float length = w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i];
-    if (path->n_segments == 0 && lum_light_is_from_afar(&w->snapshot->lights.lights[path->share]))
+    if (path->fog.n_rays == 0 &&
+        lum_light_is_from_afar(&w->snapshot->lights.lights[path->share])) /* to where it began */
         path->flux = lum_rgb_mul(path->flux, lum_media_transmittance(w->snapshot, o, lum_v3_neg(d), INFINITY));
     struct lum_collider c = {.pass = 1.0f};
     struct lum_collision hit;
@@ -339,6 +340,7 @@ static bool cross_fog(struct lum_vpl_walk *w, struct lum_vpl_path *path, uint32_
         return true;
     }
     path->found = true;
+    path->density = 0.0f; /* what fog has scattered comes from afar no more */
     w->path[w->rays.n] = *path;
     lum_rays_push(&w->rays, p, lum_phase_hg_sample(g, d, lum_sampler_2d(&path->sampler, pair + 2)), INFINITY);
     return true;
