@@ -1,4 +1,4 @@
-/* Where fog scatters a path: stretches of a ray, samples of one colour among three, directions. */
+/* Where fog scatters a path: samples of one colour among three, directions. */
 #include "core/medium/collide.h"
 
 #include "core/scene/snapshot.h"
@@ -13,46 +13,12 @@ static float depth(float sigma, float length)
     return sigma > 0.0f ? sigma * length : 0.0f;
 }
 
-/* ---- stretches ---- */
-
-/* Puts t among those that are there, in order. */
-static void put_end(struct lum_collider *c, uint32_t *inout_n, float t)
-{
-    uint32_t i = (*inout_n)++;
-    for (; i > 0 && c->t[i - 1] > t; i--)
-        c->t[i] = c->t[i - 1];
-    c->t[i] = t;
-}
-
-static void find_stretches(struct lum_collider *c)
-{
-    float t0[LUM_MEDIA_MAX], t1[LUM_MEDIA_MAX];
-    bool met[LUM_MEDIA_MAX];
-    uint32_t n_ends = 0;
-    const struct lum_snapshot *s = c->snapshot;
-    for (uint32_t m = 0; m < s->n_media; m++) {
-        met[m] =
-            !lum_rgb_black(s->media[m].sigma_s) && lum_medium_clip(&s->media[m], c->o, c->d, c->tmax, &t0[m], &t1[m]);
-        if (!met[m])
-            continue;
-        put_end(c, &n_ends, t0[m]);
-        put_end(c, &n_ends, t1[m]);
-    }
-    c->n = n_ends > 0 ? n_ends - 1 : 0;
-    for (uint32_t i = 0; i < c->n; i++) {
-        c->sigma_s[i] = lum_grey(0.0f);
-        for (uint32_t m = 0; m < s->n_media; m++)
-            if (met[m] && t0[m] <= c->t[i] && c->t[i + 1] <= t1[m])
-                c->sigma_s[i] = lum_rgb_add(c->sigma_s[i], s->media[m].sigma_s);
-    }
-}
-
 /* How deep the scattering alone is, of one colour, up to t. */
 static float depth_to(const struct lum_collider *c, int k, float t)
 {
     float sum = 0.0f;
-    for (uint32_t i = 0; i < c->n && c->t[i] < t; i++)
-        sum += depth(of_colour(c->sigma_s[i], k), lum_min(c->t[i + 1], t) - c->t[i]);
+    for (uint32_t i = 0; i < c->on.n && c->on.t[i] < t; i++)
+        sum += depth(of_colour(c->on.sigma_s[i], k), lum_min(c->on.t[i + 1], t) - c->on.t[i]);
     return sum;
 }
 
@@ -68,9 +34,9 @@ void lum_collider_init(struct lum_collider *c, const struct lum_snapshot *s, str
         sum += c->share[k] = of_colour(carried, k) / most;
     for (int k = 0; k < 3; k++)
         c->share[k] /= sum;
-    find_stretches(c);
+    lum_stretches_find(&c->on, s, o, d, tmax);
     c->pass = 1.0f;
-    if (c->n == 0)
+    if (c->on.n == 0)
         return;
     c->pass = 0.0f;
     for (int k = 0; k < 3; k++)
@@ -125,18 +91,18 @@ float lum_collider_pdf(const struct lum_collider *c, float t, uint32_t medium)
 
 bool lum_collider_sample(const struct lum_collider *c, struct lum_vec2 u, struct lum_collision *ret_collision)
 {
-    if (c->n == 0)
+    if (c->on.n == 0)
         return false;
     int k = pick_colour(c, &u.x);
     /* Depth at which it is scattered; about in the middle of u's step, not 0, and not endless. */
     float left = -log1pf(-lum_min(u.y + 0x1p-25f, 0x1.fffffep-1f));
-    for (uint32_t i = 0; i < c->n; i++) {
-        float sigma = of_colour(c->sigma_s[i], k), whole = depth(sigma, c->t[i + 1] - c->t[i]);
+    for (uint32_t i = 0; i < c->on.n; i++) {
+        float sigma = of_colour(c->on.sigma_s[i], k), whole = depth(sigma, c->on.t[i + 1] - c->on.t[i]);
         if (!(left < whole)) {
             left -= whole;
             continue;
         }
-        struct lum_collision r = {.t = lum_min(c->t[i] + left / sigma, c->t[i + 1])};
+        struct lum_collision r = {.t = lum_min(c->on.t[i] + left / sigma, c->on.t[i + 1])};
         r.medium = pick_medium(c, r.t, k, sigma, u.x);
         if (r.medium == LUM_NO_OBJECT) /* t rounded out of it */
             return false;

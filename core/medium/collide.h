@@ -8,19 +8,16 @@
 #ifndef LUM_CORE_MEDIUM_COLLIDE_H
 #define LUM_CORE_MEDIUM_COLLIDE_H
 
-#include "core/medium/medium.h"
+#include "core/medium/stretches.h"
 
 /* A ray and the media that scatter on it. */
 struct lum_collider {
     const struct lum_snapshot *snapshot;
     struct lum_vec3 o, d; /* d unit */
     float tmax;
-    float share[3]; /* of each colour in what the path carries; sum 1 */
-    /* Stretches of the ray on which it is in the same media, from t[i] to t[i + 1]. */
-    uint32_t n;
-    float t[2 * LUM_MEDIA_MAX];
-    struct lum_rgb sigma_s[2 * LUM_MEDIA_MAX]; /* of stretch i: sum over its media */
-    float pass;                                /* chance of not being scattered before tmax */
+    float share[3];          /* of each colour in what the path carries; sum 1 */
+    struct lum_stretches on; /* the ray */
+    float pass;              /* chance of not being scattered before tmax */
 };
 
 /* Of the ray o + t d, 0 <= t <= tmax, which may be INFINITY. carried: by the path at o; not black, not negative. */

@@ -8,6 +8,7 @@
 #include "core/effect/area_shadow/area_shadow.h"
 #include "core/effect/direct/direct.h"
 #include "core/effect/fog/airlight.h"
+#include "core/effect/fog/scattered.h"
 #include "core/effect/gloss/gloss.h"
 #include "core/effect/indirect/records.h"
 #include "core/effect/path/path.h"
@@ -113,6 +114,7 @@ static const struct lum_method methods[] = {
                 [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular,
                 [LUM_EFFECT_GLOSSY] = &lum_estimator_glossy,
                 [LUM_EFFECT_MEDIA] = &lum_estimator_airlight,
+                [LUM_EFFECT_SCATTERING] = &lum_estimator_scattered,
                 [LUM_EFFECT_ANTIALIAS] = &lum_estimator_edges,
             },
         .pattern = 4,

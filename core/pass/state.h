@@ -33,7 +33,7 @@ struct lum_state_kind {
     void (*finish)(void *state);
 };
 
-#define LUM_STATES_MAX 8u /* of a view: `live` has 5 */
+#define LUM_STATES_MAX 8u /* of a view: `live` has 6 */
 
 struct lum_states {
     struct {

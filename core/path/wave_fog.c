@@ -65,7 +65,7 @@ static void collide(struct lum_wave *w, uint32_t i, const struct lum_collider *c
     struct lum_wave_fog *fog = &w->fog[i];
     *fog = (struct lum_wave_fog){.seen = path->seen, .pass = 1.0f, .throughput = path->throughput};
     struct lum_rgb left = lum_media_transmittance(w->snapshot, c->o, c->d, c->tmax);
-    if (c->n > 0) {
+    if (c->on.n > 0) {
         fog->pass = c->pass;
         struct lum_vec2 u = lum_sampler_2d(&path->sampler, LUM_PAIRS_PATH_COLLIDE + depth);
         fog->scatters = lum_collider_sample(c, u, &fog->hit);
@@ -86,12 +86,12 @@ void lum_wave_cross_media(struct lum_wave *w, uint32_t depth)
             .tmax = w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i],
         };
         path->seen = path->seen && !(path->pdf_sa > 0.0f);
-        struct lum_collider c = {.n = 0};
+        struct lum_collider c = {.on.n = 0};
         bool collides = w->in_fog && lum_path_depth(path, depth) < w->max_depth && w->snapshot->lights.n_active > 0 &&
                         !lum_rgb_black(path->throughput);
         if (collides)
             lum_collider_init(&c, q.snapshot, q.o, q.d, q.tmax, path->throughput);
-        if (collides ? c.n > 0 : path->seen && depth < w->max_depth)
+        if (collides ? c.on.n > 0 : path->seen && depth < w->max_depth)
             for (q.medium = 0; q.medium < w->snapshot->n_media; q.medium++)
                 queue_scatter(w, path, q, depth, collides ? &c : NULL);
         if (collides) {

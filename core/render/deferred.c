@@ -61,7 +61,7 @@ enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass,
 
 /* ---- the stages of a pass ---- */
 
-/* Estimators by effect, what goes with them, filters, and what every method has: `live` has 21. */
+/* Estimators by effect, what goes with them, filters, and what every method has: `live` has 23. */
 #define STAGES_MAX 32u
 
 struct plan {

@@ -171,7 +171,7 @@ static uint32_t fogs_alone(const struct lum_view *v, const struct lum_view_setti
     uint32_t by_fog = v->demand.by_fog & ~s->effects_on;
     if (s->effects_off & (LUM_EFFECT_BIT(LUM_EFFECT_SCATTERING) | LUM_EFFECT_BIT(LUM_EFFECT_MEDIA)))
         return by_fog;
-    if (!frame || s->method->serves[LUM_EFFECT_SCATTERING])
+    if (!frame || s->method->progressive)
         return 0;
     bool in_cache = s->method->cache && s->method->cache->gloss;
     return in_cache ? by_fog & ~LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) : by_fog;

@@ -81,6 +81,20 @@ static bool same_place(const struct lum_vpl_set *a, const struct lum_vpl_set *b,
            a->ny[i] == b->ny[i] && a->nz[i] == b->nz[i] && a->importance[i] == b->importance[i];
 }
 
+uint64_t lum_vpl_hash_places(const struct lum_vpl_set *set)
+{
+    const float *arrays[] = {set->px, set->py, set->pz, set->nx, set->ny, set->nz};
+    uint64_t h = set->n_bounced;
+    for (size_t k = 0; k < LUM_ARRAY_LEN(arrays); k++)
+        for (uint32_t i = 0; i < set->n_bounced; i++) {
+            uint32_t bits;
+            memcpy(&bits, &arrays[k][i], sizeof bits);
+            h = (h ^ bits) * 0x9e3779b97f4a7c15u;
+            h ^= h >> 32;
+        }
+    return h | 1;
+}
+
 /* Fills in n_moved and moved. */
 static void find_moved(struct lum_vpl_set *now, const struct lum_vpl_set *before)
 {

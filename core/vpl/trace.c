@@ -90,11 +90,13 @@ static bool goes_on(uint32_t lobes_off, const struct lum_bsdf *b, struct lum_vec
         return false;
     if (inout->lobe != LUM_LOBE_DIFFUSE || !lum_bsdf_has_gloss(b) || !(lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
         return true;
-    struct lum_rgb f = lum_bsdf_eval_parts(b, wo, inout->wi).diffuse;
+    struct lum_bsdf_value f = lum_bsdf_eval_parts(b, wo, inout->wi);
     float pdf_sa = lum_bsdf_cosine_pdf(b, inout->wi);
+    if (b->diffuse_prob == 1.0f && lum_rgb_black(f.gloss)) /* none is there: the same to the last bit */
+        return true;
     if (!(pdf_sa > 0.0f))
         return false;
-    inout->weight = lum_rgb_scale(f, 1.0f / pdf_sa);
+    inout->weight = lum_rgb_scale(f.diffuse, 1.0f / pdf_sa);
     return true;
 }
 
@@ -321,7 +323,7 @@ static bool cross_fog(struct lum_vpl_walk *w, struct lum_vpl_path *path, uint32_
     uint32_t pair = PAIR_FOG + path->fog.n_rays++ * PAIRS_PER_FOG;
     if (w->scatters && path->reaches == 0.0f)
         lum_collider_init(&c, w->snapshot, o, d, length, lum_grey(1.0f));
-    if (c.n == 0 || !lum_collider_sample(&c, lum_sampler_2d(&path->sampler, pair), &hit)) {
+    if (c.on.n == 0 || !lum_collider_sample(&c, lum_sampler_2d(&path->sampler, pair), &hit)) {
         path->flux = lum_rgb_mul(path->flux, lum_media_transmittance(w->snapshot, o, d, length));
         path->flux = c.pass > 0.0f ? lum_rgb_scale(path->flux, 1.0f / c.pass) : lum_grey(0.0f);
         return false;

@@ -62,7 +62,7 @@ struct lum_vpl_set {
     uint32_t *light;         /* index in the light table; LUM_NO_OBJECT: empty slot */
     uint32_t *object, *prim; /* what it lies on, as in struct lum_hits; LUM_NO_OBJECT: it is in fog */
     uint32_t n_moved;        /* slots that the last lum_vpl_update filled, emptied, or put elsewhere */
-    uint64_t *moved;         /* the same, a bit for each slot, lum_vpl_words(n) words; NULL: empty */
+    uint64_t *moved;         /* a bit for each of them, lum_vpl_words(n) words; NULL: empty */
     float spacing;           /* r_v: the radius of the area that one VPL stands for, scene units: the median,
                               * so that lone ones do not make it wider; 0 without VPLs */
     /* what it was made for */
@@ -104,14 +104,14 @@ static inline struct lum_vec3 lum_vpl_seen_from(const struct lum_vpl_set *set, u
     return dome ? lum_v3(0.0f, 0.0f, 0.0f) : p;
 }
 
-/* Words of a mask with a bit for each slot. */
-static inline uint32_t lum_vpl_words(uint32_t n)
+static inline uint32_t lum_vpl_words(uint32_t n) /* of a mask with a bit for each slot */
 {
     return (n + 63u) / 64u;
 }
 
-void lum_vpl_finish(struct lum_vpl_set *set);      /* accepts a zeroed one */
-void lum_vpl_forget_rays(struct lum_vpl_set *set); /* gives back what is kept for the next update */
+uint64_t lum_vpl_hash_places(const struct lum_vpl_set *set); /* of those of bounced light; never 0 */
+void lum_vpl_finish(struct lum_vpl_set *set);                /* accepts a zeroed one */
+void lum_vpl_forget_rays(struct lum_vpl_set *set);           /* gives back what is kept for the next update */
 
 #define LUM_VPL_LOBES                                                                                                  \
     (LUM_EFFECT_BIT(LUM_EFFECT_REFLECTION) | LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION) |                                 \

@@ -15,6 +15,11 @@ _Static_assert(LUM_CELL_SIDE % LUM_AIRLIGHT_SIDE == 0, "a packet is made of whol
 #define POINTS_MAX 5u
 #define TOLERANCE 0.05f
 
+/* Where there are many pairs, one in so many strata is looked at for each, 1 to 16, so that a pixel asks about so many
+ * rays for those with a slot of their own, and for the others. */
+#define RAYS_ALONE 8u
+#define RAYS_SHARED 4u
+
 /* About 110 KiB: lives on a worker's stack. */
 struct airlight {
     const struct lum_pass *pass;
@@ -23,6 +28,7 @@ struct airlight {
     struct lum_tile_rect r;
     struct lum_airlight_pair pair; /* at hand */
     uint32_t salt;
+    uint32_t thin, phase;                                    /* it takes the strata that are phase modulo thin */
     struct lum_airlight sum[N_PIXELS];                       /* of the pair, over the points of each pixel */
     uint8_t n_points[N_TILES];                               /* that its pixels shall have, per tile of the pattern */
     float error[LUM_AIRLIGHTS_MAX][N_TILES], total[N_TILES]; /* luminance: standard error by pair; seen in all */
@@ -74,13 +80,15 @@ static void sample_pixel(struct airlight *a, uint32_t pixel, uint32_t stratum, u
         return;
     struct lum_sampler sampler = sampler_of_tile(a, pixel);
     float shift = lum_sampler_1d(&sampler, LUM_PAIRS_AIRLIGHT + 1) + (float)iteration / (float)n;
-    float pdf, u = ((float)stratum + shift - floorf(shift)) / N_SUBSETS, t = lum_airlight_distance(&w, u, &pdf);
+    uint32_t n_strata = N_SUBSETS / a->thin;
+    float pdf, u = ((float)(stratum / a->thin) + shift - floorf(shift)) / (float)n_strata;
+    float t = lum_airlight_distance(&w, u, &pdf);
     sampler.sample = N_SUBSETS * iteration + stratum;
     struct lum_vec2 u_light = {0.5f, 0.5f};
     if (!q.snapshot->lights.lights[q.light].delta)
         u_light = lum_sampler_2d(&sampler, LUM_PAIRS_AIRLIGHT);
     struct lum_scatter s;
-    if (!lum_medium_scatter_at(&q, t, pdf, u_light, &s))
+    if (!lum_medium_scatter_at(&q, t, pdf / (float)a->thin, u_light, &s))
         return;
     a->sum[pixel].open += lum_luminance(s.radiance);
     if (a->rays.n == LUM_RAY_BATCH)
@@ -117,11 +125,22 @@ static void take_points(struct airlight *a, uint32_t iteration)
         for (uint32_t y = dy; y < a->r.h; y += LUM_AIRLIGHT_SIDE)
             for (uint32_t x = dx; x < a->r.w; x += LUM_AIRLIGHT_SIDE) {
                 uint32_t pixel = y * LUM_CELL_SIDE + x, n = a->n_points[tile_of(pixel)];
-                if (n > iteration)
+                if (n > iteration && stratum_of(subset) % a->thin == a->phase)
                     sample_pixel(a, pixel, stratum_of(subset), iteration, n);
             }
     }
     flush(a);
+}
+
+/* By how many pairs there are, whether they shine or not. */
+static uint32_t thinning(const struct airlight *a, const struct lum_airlight_pair *pair)
+{
+    const struct lum_snapshot *s = a->pass->snapshot;
+    uint32_t n_pairs = s->n_media * s->lights.n_lights, n_alone = a->kept->shared ? a->kept->n - 1 : n_pairs, thin = 1;
+    uint32_t n = pair->alone ? n_alone : n_pairs - n_alone, rays = pair->alone ? RAYS_ALONE : RAYS_SHARED;
+    while (thin < N_SUBSETS && n > rays * thin)
+        thin *= 2;
+    return thin;
 }
 
 static void begin_pair(struct airlight *a, const struct lum_airlight_pair *pair)
@@ -130,6 +149,8 @@ static void begin_pair(struct airlight *a, const struct lum_airlight_pair *pair)
     a->pair = *pair;
     a->salt =
         lum_hash_combine(lum_hash_text(s->lights.lights[pair->light].id), lum_hash_text(s->media[pair->medium].id));
+    a->thin = thinning(a, pair);
+    a->phase = a->salt % a->thin;
 }
 
 static struct lum_airlight *kept_at(const struct airlight *a, uint32_t x, uint32_t y)
@@ -144,7 +165,7 @@ static void keep_first(struct airlight *a)
     for (uint32_t y = 0; y < a->r.h; y++)
         for (uint32_t x = 0; x < a->r.w; x++) {
             uint32_t pixel = y * LUM_CELL_SIDE + x, t = tile_of(pixel);
-            uint32_t quarter = stratum_of(lum_pattern_subset(LUM_AIRLIGHT_SIDE, x, y)) % 4;
+            uint32_t quarter = stratum_of(lum_pattern_subset(LUM_AIRLIGHT_SIDE, x, y)) / a->thin % 4;
             const struct lum_airlight *sum = &a->sum[pixel];
             struct lum_airlight *kept = kept_at(a, x, y);
             kept->seen = lum_rgb_add(kept->seen, sum->seen);
@@ -325,4 +346,4 @@ static void demand_scattering(const struct lum_sights *see, const struct lum_eff
     }
     lum_demand_refuse(d, effect, any ? "no light is on" : "no medium scatters light");
 }
-const struct lum_effect_row lum_effect_scattering = {.demand = demand_scattering, .adds = LUM_ADDS_NOTHING};
+const struct lum_effect_row lum_effect_scattering = {.demand = demand_scattering, .adds = LUM_ADDS_AIR};

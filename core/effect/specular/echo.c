@@ -19,17 +19,9 @@ void lum_echo_destroy(struct lum_echo *tiles, uint32_t n)
 
 uint64_t lum_echo_hash(const struct lum_vpl_set *set, float spacing)
 {
-    const float *arrays[] = {set->px, set->py, set->pz, set->nx, set->ny, set->nz};
     uint32_t bits;
     memcpy(&bits, &spacing, sizeof bits);
-    uint64_t h = (uint64_t)set->n_bounced << 32 | bits;
-    for (size_t k = 0; k < LUM_ARRAY_LEN(arrays); k++)
-        for (uint32_t i = 0; i < set->n_bounced; i++) {
-            memcpy(&bits, &arrays[k][i], sizeof bits);
-            h = (h ^ bits) * 0x9e3779b97f4a7c15u;
-            h ^= h >> 32;
-        }
-    return h | 1;
+    return (lum_vpl_hash_places(set) ^ (uint64_t)bits << 32) | 1;
 }
 
 void lum_echo_begin(struct lum_echo *e, uint64_t hash, bool panes)
