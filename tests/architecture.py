@@ -117,33 +117,38 @@ def check_effects(where, room, other):
         failures.append(f"{where}: core/effect/{room} must not include core/effect/{other}")
 
 
-def check_includes(name):
+def check_include(name, number, line):
     folder = name.split("/")[0]
+    m = re.match(r'\s*#\s*include\s*([<"])([^>"]+)[>"]', line)
+    if not m:
+        return
+    where, header = f"{name}:{number}", m.group(2)
+    if m.group(1) == '"':
+        target = header.split("/")[0]
+        if target not in MAY_INCLUDE.get(folder, set()):
+            failures.append(f"{where}: {folder}/ must not include {header}")
+        if folder in LAYERS and target == folder:
+            check_layers(where, room_of(name), room_of(header))
+        if name.startswith("core/effect/") and header.startswith("core/effect/"):
+            check_effects(where, name.split("/")[2], header.split("/")[2])
+    for pattern, allowed in ONLY_IN.items():
+        if re.match(pattern, header) and not re.match(allowed, name):
+            failures.append(f"{where}: {header} may be included only in {allowed}")
+
+
+def check_includes(name):
     with open(os.path.join(source, name), encoding="utf-8") as f:
         for number, line in enumerate(f, 1):
-            m = re.match(r'\s*#\s*include\s*([<"])([^>"]+)[>"]', line)
-            if not m:
-                continue
-            where, header = f"{name}:{number}", m.group(2)
-            if m.group(1) == '"':
-                target = header.split("/")[0]
-                if target not in MAY_INCLUDE.get(folder, set()):
-                    failures.append(f"{where}: {folder}/ must not include {header}")
-                if folder in LAYERS and target == folder:
-                    check_layers(where, room_of(name), room_of(header))
-                if name.startswith("core/effect/") and header.startswith("core/effect/"):
-                    check_effects(where, name.split("/")[2], header.split("/")[2])
-            for pattern, allowed in ONLY_IN.items():
-                if re.match(pattern, header) and not re.match(allowed, name):
-                    failures.append(f"{where}: {header} may be included only in {allowed}")
+            check_include(name, number, line)
 
 
-def check_cycles(names):
+def includes_of(name):
+    with open(os.path.join(source, name), encoding="utf-8") as f:
+        return re.findall(r'^\s*#\s*include\s*"([^"]+)"', f.read(), re.M)
+
+
+def check_cycles(includes):
     """No file of ours may include itself by way of others."""
-    includes = {}
-    for name in names:
-        with open(os.path.join(source, name), encoding="utf-8") as f:
-            includes[name] = re.findall(r'^\s*#\s*include\s*"([^"]+)"', f.read(), re.M)
     done, trail = set(), []
 
     def visit(name):
@@ -156,8 +161,39 @@ def check_cycles(names):
             trail.pop()
             done.add(name)
 
-    for name in names:
+    for name in includes:
         visit(name)
+
+
+# file -> what it must be refused
+PLANTS = {
+    "core/vpl/gather.c": '"core/render/view.h"',
+    "core/effect/gloss/glossy.c": '"core/effect/fog/airlight.h"',
+    "core/film/film.c": "<cjson/cJSON.h>",
+    "protocol/json/read.c": '"protocol/record/record.h"',
+    "protocol/base/hash.c": '"core/base/base.h"',
+    "server/stream/encode.c": '"server/net/session.h"',
+    "clients/replay/main.c": '"server/net/net.h"',
+}
+
+
+def check_plants(includes):
+    """These checks notice what is wrong: each include that is planted, and a cycle made of one that is there."""
+    def is_noticed(check, *args):
+        before = len(failures)
+        check(*args)
+        noticed = len(failures) > before
+        del failures[before:]
+        return noticed
+
+    for name, header in PLANTS.items():
+        if not os.path.exists(os.path.join(source, name)) or not is_noticed(check_include, name, 0, f"#include {header}"):
+            failures.append(f"{name}: {header} planted there is not noticed")
+    for folder in LAYERS:
+        name = next(n for n in includes if n.startswith(folder) and includes[n] and includes[n][0] in includes)
+        header = includes[name][0]
+        if not is_noticed(check_cycles, {**includes, header: includes[header] + [name]}):
+            failures.append(f"{header}: a cycle by way of {name} is not noticed")
 
 
 def check_sizes(names):
@@ -342,7 +378,9 @@ if not names:
     failures.append("no source files found")
 for n in names:
     check_includes(n)
-check_cycles(names)
+all_includes = {n: includes_of(n) for n in names}
+check_cycles(all_includes)
+check_plants(all_includes)
 check_web_layers()
 check_room_tables()
 check_sizes(names)

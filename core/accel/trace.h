@@ -20,6 +20,10 @@ struct lum_accel_top;
  * unit, and instances shrink by at most 2^30 (the scene checked), so object-space rays stay below Embree's own limit
  * of 1.8e18. */
 #define LUM_RAY_LIMIT 1e8f
+static inline bool lum_ray_can_start(struct lum_vec3 p_scene)
+{
+    return fabsf(p_scene.x) <= LUM_RAY_LIMIT && fabsf(p_scene.y) <= LUM_RAY_LIMIT && fabsf(p_scene.z) <= LUM_RAY_LIMIT;
+}
 
 /* A batch of rays, structure of arrays, at most LUM_RAY_BATCH. Direction need not be unit: t is in units of |d|. */
 #define LUM_RAY_BATCH 256

@@ -321,8 +321,7 @@ static bool where_something_was(const struct lum_motion *motion, struct lum_vec3
 {
     for (uint32_t i = 0; i < motion->n; i++) {
         const struct lum_mover *m = &motion->movers[i];
-        if (p.x >= m->old_lo.x && p.y >= m->old_lo.y && p.z >= m->old_lo.z && p.x <= m->old_hi.x &&
-            p.y <= m->old_hi.y && p.z <= m->old_hi.z)
+        if (lum_bounds_hold(&m->old_box, p))
             return true;
     }
     return false;

@@ -79,23 +79,13 @@ void lum_octree_arena_finish(struct lum_octree_arena *arena)
 
 /* ---- cells ---- */
 
-static float largest(struct lum_vec3 v)
-{
-    return lum_max(lum_max(v.x, v.y), v.z);
-}
-
-static struct lum_vec3 absolute(struct lum_vec3 v)
-{
-    return lum_v3(fabsf(v.x), fabsf(v.y), fabsf(v.z));
-}
-
 /* The side is a power of two, at least 1/16 of the largest coordinate, and the corner lies on multiples of a sixteenth
  * of it. So the centre of a cell LUM_OCTREE_DEPTH = 16 levels down is a multiple of side / 2^17, less than 18 side: 22
  * bits, exact. */
 struct lum_octree_cell lum_octree_root_cell(struct lum_vec3 lo, struct lum_vec3 hi)
 {
-    float extent = largest(lum_v3_sub(hi, lo));
-    float far_off = lum_max(largest(absolute(lo)), largest(absolute(hi)));
+    float extent = lum_v3_largest(lum_v3_sub(hi, lo));
+    float far_off = lum_max(lum_v3_largest(lum_v3_abs(lo)), lum_v3_largest(lum_v3_abs(hi)));
     float side = 0x1p-32f;
     while (side * 0.9375f < extent || side * 16.0f < far_off) /* the corner moves down by up to side / 16 */
         side *= 2.0f;
@@ -106,7 +96,7 @@ struct lum_octree_cell lum_octree_root_cell(struct lum_vec3 lo, struct lum_vec3 
 
 static bool cell_holds(const struct lum_octree_cell *c, struct lum_vec3 p)
 {
-    struct lum_vec3 d = absolute(lum_v3_sub(p, c->centre));
+    struct lum_vec3 d = lum_v3_abs(lum_v3_sub(p, c->centre));
     return d.x <= c->half && d.y <= c->half && d.z <= c->half;
 }
 

@@ -59,8 +59,7 @@ static void append_motion(struct lum_motion *all, const struct lum_motion *motio
         struct lum_mover *known = m->n_objects == 1 ? find_mover(all, m->object) : NULL;
         if (known) {
             known->now = m->now;
-            known->new_lo = m->new_lo;
-            known->new_hi = m->new_hi;
+            known->new_box = m->new_box;
         } else {
             lum_motion_add(all, m);
         }
@@ -111,11 +110,11 @@ struct box {
 };
 
 /* False: there is none. */
-static bool box_of(struct lum_vec3 lo, struct lum_vec3 hi, struct box *ret_box)
+static bool box_of(const struct lum_bounds *b, struct box *ret_box)
 {
-    if (!(lo.x <= hi.x))
+    if (lum_bounds_empty(b))
         return false;
-    *ret_box = (struct box){lum_v3_mul(lum_v3_add(lo, hi), 0.5f), lum_v3_mul(lum_v3_sub(hi, lo), 0.5f)};
+    *ret_box = (struct box){lum_v3_mul(lum_v3_add(b->lo, b->hi), 0.5f), lum_v3_mul(lum_v3_sub(b->hi, b->lo), 0.5f)};
     return true;
 }
 
@@ -127,14 +126,13 @@ static float area_of(const struct box *b)
 /* The boxes of a mover: before and now; after a small step the one around both, which is hardly larger. */
 static uint32_t boxes_of(const struct lum_mover *m, struct box ret_boxes[2])
 {
-    uint32_t n = box_of(m->old_lo, m->old_hi, &ret_boxes[0]);
-    n += box_of(m->new_lo, m->new_hi, &ret_boxes[n]);
+    uint32_t n = box_of(&m->old_box, &ret_boxes[0]);
+    n += box_of(&m->new_box, &ret_boxes[n]);
     if (n < 2)
         return n;
     struct box both;
-    struct lum_vec3 lo = m->old_lo, hi = m->old_hi, p = m->new_lo, q = m->new_hi;
-    box_of(lum_v3(lum_min(lo.x, p.x), lum_min(lo.y, p.y), lum_min(lo.z, p.z)),
-           lum_v3(lum_max(hi.x, q.x), lum_max(hi.y, q.y), lum_max(hi.z, q.z)), &both);
+    struct lum_bounds around = lum_bounds_join(&m->old_box, &m->new_box);
+    box_of(&around, &both);
     if (area_of(&both) > STEP_GROWTH * lum_max(area_of(&ret_boxes[0]), area_of(&ret_boxes[1])))
         return 2;
     ret_boxes[0] = both;
@@ -236,7 +234,7 @@ void lum_since_cross_out(const struct lum_since *since, const struct lum_vpl_set
     struct box around, alone[2];
     if (motion->everything)
         memset(inout_bits, 0, words * sizeof *inout_bits);
-    if (motion->everything || !box_of(motion->around.lo, motion->around.hi, &around))
+    if (motion->everything || !box_of(&motion->around, &around))
         return;
     bool one = motion->n == 1 && boxes_of(&motion->movers[0], alone) == 1; /* it is the one around all */
     struct picked p;
@@ -261,8 +259,7 @@ bool lum_since_meets_ball(const struct lum_since *since, struct lum_vec3 middle,
         uint32_t n_boxes = boxes_of(&since->motion.movers[m], boxes);
         for (uint32_t b = 0; b < n_boxes; b++) {
             struct lum_vec3 d = lum_v3_sub(middle, boxes[b].middle), e = boxes[b].half;
-            d = lum_v3(lum_max(fabsf(d.x) - e.x, 0.0f), lum_max(fabsf(d.y) - e.y, 0.0f),
-                       lum_max(fabsf(d.z) - e.z, 0.0f));
+            d = lum_v3_max(lum_v3_sub(lum_v3_abs(d), e), lum_v3(0.0f, 0.0f, 0.0f));
             if (lum_dot(d, d) <= radius * radius)
                 return true;
         }

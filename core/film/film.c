@@ -55,11 +55,6 @@ void lum_film_add(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample
     film->n[half][i]++;
 }
 
-static bool is_finite(struct lum_rgb c)
-{
-    return isfinite(c.r) && isfinite(c.g) && isfinite(c.b);
-}
-
 /* A mean of n that is kept up to date: a sum of floats would lose what is 2^24 times less than it. */
 static struct lum_rgb mean_with(struct lum_rgb mean, struct lum_rgb value, uint32_t n)
 {
@@ -71,7 +66,7 @@ void lum_film_add_apart(struct lum_film *film, uint32_t x, uint32_t y, uint32_t 
 {
     size_t i = (size_t)y * film->w + x;
     uint32_t half = (sample ^ x) & 1u;
-    if (!is_finite(radiance) || !is_finite(first->shine) || !is_finite(first->albedo)) {
+    if (!lum_rgb_finite(radiance) || !lum_rgb_finite(first->shine) || !lum_rgb_finite(first->albedo)) {
         (*nonfinite)++;
         return;
     }

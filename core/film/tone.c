@@ -126,11 +126,6 @@ static float bounded(float v)
     return v > 0.0f ? lum_min(v, EXPOSED_MAX) : 0.0f;
 }
 
-static float clamp01(float v)
-{
-    return lum_clamp(v, 0.0f, 1.0f);
-}
-
 static struct lum_rgb mul3(const float m[3][3], struct lum_rgb c)
 {
     return lum_rgb(m[0][0] * c.r + m[0][1] * c.g + m[0][2] * c.b, m[1][0] * c.r + m[1][1] * c.g + m[1][2] * c.b,
@@ -143,7 +138,7 @@ static float agx_curve(float x)
 {
     const float lo = -12.47393f, hi = 4.026069f;
     float t = (fast_log2(lum_max(x, FLT_MIN)) - lo) / (hi - lo);
-    t = clamp01(t);
+    t = lum_clamp01(t);
     float t2 = t * t, t4 = t2 * t2;
     return 15.5f * t4 * t2 - 40.14f * t4 * t + 31.96f * t4 - 6.868f * t2 * t + 0.4298f * t2 + 0.1191f * t - 0.00232f;
 }
@@ -180,7 +175,7 @@ static struct lum_rgb tone_reinhard(struct lum_rgb c)
 /* IEC 61966-2-1. */
 static int32_t srgb_code(float v)
 {
-    v = clamp01(v);
+    v = lum_clamp01(v);
     float e = v <= 0.0031308f ? 12.92f * v : 1.055f * fast_pow(v, 1.0f / 2.4f) - 0.055f;
     return (int32_t)(e * 255.0f + 0.5f);
 }
@@ -215,7 +210,7 @@ static void agx_curves(float *v)
 static void agx_powers(float *v)
 {
     for (uint32_t i = 0; i < SPAN; i++)
-        v[i] = fast_pow(clamp01(v[i]), 2.2f);
+        v[i] = fast_pow(lum_clamp01(v[i]), 2.2f);
 }
 
 static void map_agx(struct span *s)

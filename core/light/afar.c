@@ -212,27 +212,6 @@ static float sine_squared(const struct lum_light *l)
     return t2 / (1.0f + t2);
 }
 
-static struct lum_vec3 on_far_disc(const struct lum_light *l, struct lum_vec2 d)
-{
-    struct lum_frame f = lum_frame_from_normal(l->n);
-    return lum_v3_mad(lum_v3_mad(l->p, f.t, l->radius * d.x), f.b, l->radius * d.y);
-}
-
-static bool place_on_far_disc(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
-                              struct lum_light_place *ret)
-{
-    (void)s;
-    *ret = (struct lum_light_place){on_far_disc(l, lum_warp_disc(u)), l->n, lum_grey(1.0f)};
-    return true;
-}
-
-static float pdf_of_far_disc(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, float distance,
-                             float cos_light)
-{
-    (void)p, (void)wi;
-    return lum_emitter_area_pdf(distance, cos_light, l->area);
-}
-
 /* What of it is below the horizon where it touches it is not cut off: the sun does so for two minutes a day. */
 static struct lum_irradiance far_disc_irradiance(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n)
 {
@@ -244,7 +223,7 @@ static struct lum_irradiance far_disc_irradiance(const struct lum_light *l, stru
 /* A direction of its light, and the irradiance that all of it would be, were it all from there. */
 static struct lum_vec3 draw_far_disc(const struct lum_light *l, struct lum_vec2 u, struct lum_rgb *ret_irradiance)
 {
-    struct lum_vec3 to = lum_normalize(lum_v3_neg(on_far_disc(l, lum_warp_disc(u))));
+    struct lum_vec3 to = lum_normalize(lum_v3_neg(lum_disc_point(l, lum_warp_disc(u))));
     float cosine = lum_dot(to, l->n), distance = LUM_FAR / cosine;
     *ret_irradiance = lum_grey(l->area * cosine / (distance * distance));
     return to;
@@ -271,26 +250,15 @@ static double flux_of_far_disc(const struct lum_light *l, struct lum_vec3 bounds
     return LUM_PI_D * (double)sine_squared(l) * flux_of_directional(l, bounds_lo, bounds_hi);
 }
 
-static float across_far_disc(const struct lum_light *l)
-{
-    return l->radius;
-}
-
-static struct lum_vec3 hit_on_far_disc(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng)
-{
-    *inout_ng = l->n;
-    return on_far_disc(l, uv);
-}
-
-const struct lum_emitter_row lum_emitter_far_disc = {.pdf = pdf_of_far_disc,
-                                                     .place = place_on_far_disc,
+const struct lum_emitter_row lum_emitter_far_disc = {.pdf = lum_emitter_pdf_by_area,
+                                                     .place = lum_disc_place,
                                                      .emit_from_afar = emit_far_disc,
                                                      .emit_to = emit_far_disc_to,
                                                      .flux = flux_of_far_disc,
                                                      .irradiance = far_disc_irradiance,
-                                                     .across = across_far_disc,
+                                                     .across = lum_round_across,
                                                      .shape = &lum_shape_disc,
-                                                     .at = hit_on_far_disc,
+                                                     .at = lum_disc_at,
                                                      .from_afar = true};
 
 /* ---- environment ---- */

@@ -60,6 +60,8 @@ struct lum_emitter_row {
 
 /* Solid-angle pdf of a point sampled uniformly over area. 0 when it is not lit from there, or not finite. */
 float lum_emitter_area_pdf(float distance, float cos_light, float area);
+float lum_emitter_pdf_by_area(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, float distance,
+                              float cos_light);
 /* Finishes a sample at point x of an emitter that is sampled by area; cos_light is taken on all sides that shine. */
 bool lum_emitter_area_sample(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 x, struct lum_vec3 n,
                              struct lum_light_sample *ret_sample);
@@ -68,6 +70,18 @@ static inline bool lum_emitter_in_front(const struct lum_light *l, struct lum_ve
 {
     return lum_dot(lum_v3_sub(p, l->p), l->n) > 0.0f;
 }
+
+/* For rows of what has the shape of a disc (d: in the unit disc), of a sphere, or of a quad. */
+struct lum_vec3 lum_disc_point(const struct lum_light *l, struct lum_vec2 d);
+bool lum_disc_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                    struct lum_light_place *ret);
+struct lum_vec3 lum_disc_at(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng);
+struct lum_vec3 lum_round_half(const struct lum_light *l);
+float lum_round_across(const struct lum_light *l);
+struct lum_vec3 lum_quad_point(const struct lum_light *l, struct lum_vec2 u);
+struct lum_vec3 lum_quad_at(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng);
+struct lum_vec3 lum_quad_half(const struct lum_light *l);
+float lum_quad_across(const struct lum_light *l);
 
 /* Meshes of few triangles, as seen from near (mesh.c). False: p is not near, or l is another light. */
 bool lum_mesh_look(const struct lum_light *l, struct lum_vec3 p, struct lum_facets_view *ret_view);

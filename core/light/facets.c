@@ -3,41 +3,7 @@
 #include "core/accel/trace.h"
 #include "core/light/rect.h"
 #include "core/math/angle.h"
-
-static struct lum_vec3d widen(struct lum_vec3 a)
-{
-    return (struct lum_vec3d){(double)a.x, (double)a.y, (double)a.z};
-}
-
-static struct lum_vec3d less(struct lum_vec3d a, struct lum_vec3d b)
-{
-    return (struct lum_vec3d){a.x - b.x, a.y - b.y, a.z - b.z};
-}
-
-static struct lum_vec3d mad(struct lum_vec3d a, struct lum_vec3d b, double s)
-{
-    return (struct lum_vec3d){a.x + b.x * s, a.y + b.y * s, a.z + b.z * s};
-}
-
-static struct lum_vec3d scaled(struct lum_vec3d a, double s)
-{
-    return (struct lum_vec3d){a.x * s, a.y * s, a.z * s};
-}
-
-static double dot(struct lum_vec3d a, struct lum_vec3d b)
-{
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-static struct lum_vec3d cross(struct lum_vec3d a, struct lum_vec3d b)
-{
-    return (struct lum_vec3d){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
-static bool same(struct lum_vec3 a, struct lum_vec3 b)
-{
-    return a.x == b.x && a.y == b.y && a.z == b.z;
-}
+#include "core/math/vec3d.h"
 
 /* ---- what is known of them ---- */
 
@@ -53,8 +19,8 @@ static double find_ball(struct lum_facets *f)
     struct lum_vec3 lo = f->point[0], hi = lo;
     for (uint32_t i = 0; i < f->n_points; i++) {
         struct lum_vec3 p = f->point[i];
-        lo = lum_v3(lum_min(lo.x, p.x), lum_min(lo.y, p.y), lum_min(lo.z, p.z));
-        hi = lum_v3(lum_max(hi.x, p.x), lum_max(hi.y, p.y), lum_max(hi.z, p.z));
+        lo = lum_v3_min(lo, p);
+        hi = lum_v3_max(hi, p);
     }
     float radius = 0.5f * lum_length(lum_v3_sub(hi, lo));
     f->centre = lum_v3_mul(lum_v3_add(lo, hi), 0.5f);
@@ -68,7 +34,7 @@ static void span(const struct lum_facets *f, struct lum_vec3 at, struct lum_vec3
 {
     *ret_least = INFINITY, *ret_most = -INFINITY;
     for (uint32_t i = 0; i < f->n_points; i++) {
-        double height = dot(less(widen(f->point[i]), widen(at)), normal);
+        double height = lum_v3d_dot(lum_v3d_sub(lum_v3d_wide(f->point[i]), lum_v3d_wide(at)), normal);
         *ret_least = fmin(*ret_least, height);
         *ret_most = fmax(*ret_most, height);
     }
@@ -115,7 +81,7 @@ static bool is_convex(const struct lum_facets *f, double radius, bool *ret_close
     *ret_closed = true;
     for (uint32_t i = 0; i < f->n; i++) {
         span(f, f->point[f->facet[i].corner[0]], f->facet[i].normal, &least, &most);
-        flat = flat && least >= -most_off && dot(f->facet[i].normal, f->facet[0].normal) > 0.0;
+        flat = flat && least >= -most_off && lum_v3d_dot(f->facet[i].normal, f->facet[0].normal) > 0.0;
         if (most > most_off)
             return false;
     }
@@ -124,8 +90,9 @@ static bool is_convex(const struct lum_facets *f, double radius, bool *ret_close
         if (e->beyond != LUM_FACETS_MAX)
             continue;
         *ret_closed = false;
-        struct lum_vec3d along = less(widen(f->point[e->b]), widen(f->point[e->a]));
-        struct lum_vec3d inwards = cross(f->facet[e->of].normal, scaled(along, 1.0 / lum_v3d_length(along)));
+        struct lum_vec3d along = lum_v3d_sub(lum_v3d_wide(f->point[e->b]), lum_v3d_wide(f->point[e->a]));
+        struct lum_vec3d inwards =
+            lum_v3d_cross(f->facet[e->of].normal, lum_v3d_mul(along, 1.0 / lum_v3d_length(along)));
         span(f, f->point[e->a], inwards, &least, &most);
         if (least < -most_off)
             return false;
@@ -137,7 +104,7 @@ static bool is_convex(const struct lum_facets *f, double radius, bool *ret_close
 static uint8_t add_point(struct lum_facets *f, struct lum_vec3 p)
 {
     for (uint32_t i = 0; i < f->n_points; i++)
-        if (same(f->point[i], p))
+        if (lum_v3_same(f->point[i], p))
             return (uint8_t)i;
     f->point[f->n_points] = p;
     return (uint8_t)f->n_points++;
@@ -151,12 +118,12 @@ void lum_facets_init(struct lum_facets *f, uint32_t n, const struct lum_vec3 (*c
         struct lum_facet *to = &f->facet[i];
         struct lum_vec3d p[3];
         for (uint32_t k = 0; k < 3; k++) {
-            p[k] = widen(corner[i][k]);
+            p[k] = lum_v3d_wide(corner[i][k]);
             to->corner[k] = add_point(f, corner[i][k]);
         }
-        struct lum_vec3d along = cross(less(p[1], p[0]), less(p[2], p[0]));
+        struct lum_vec3d along = lum_v3d_cross(lum_v3d_sub(p[1], p[0]), lum_v3d_sub(p[2], p[0]));
         double length = lum_v3d_length(along);
-        to->normal = scaled(along, length > 0.0 ? (mirrored ? -1.0 : 1.0) / length : 0.0);
+        to->normal = lum_v3d_mul(along, length > 0.0 ? (mirrored ? -1.0 : 1.0) / length : 0.0);
     }
     double radius = find_ball(f);
     bool closed = false;
@@ -178,7 +145,7 @@ static struct sight look_from(const struct lum_facets *f, bool both_sides, struc
 {
     uint32_t front = 0, level = 0, all = UINT32_MAX >> (32 - f->n);
     for (uint32_t i = 0; i < f->n; i++) {
-        double height = dot(less(p, widen(f->point[f->facet[i].corner[0]])), f->facet[i].normal);
+        double height = lum_v3d_dot(lum_v3d_sub(p, lum_v3d_wide(f->point[f->facet[i].corner[0]])), f->facet[i].normal);
         front |= (uint32_t)(height > (double)LUM_RAY_OFFSET) << i;
         level |= (uint32_t)(fabs(height) <= (double)LUM_RAY_OFFSET) << i;
     }
@@ -192,7 +159,7 @@ _Static_assert(LUM_FACETS_MAX <= 32, "facets are bits of a word");
 
 bool lum_facets_hide_backs(const struct lum_facets *f, struct lum_vec3 p)
 {
-    return f->closed && look_from(f, false, widen(p)).seen;
+    return f->closed && look_from(f, false, lum_v3d_wide(p)).seen;
 }
 
 /* The spherical triangle of corners 0 to 2, as Peters 2021 ("BRDF importance sampling for polygonal lights", 4) has it:
@@ -203,7 +170,8 @@ struct parts {
 
 static struct parts parts_of(const struct lum_vec3d c[3])
 {
-    return (struct parts){fabs(dot(c[0], cross(c[1], c[2]))), dot(c[0], c[2]) + dot(c[1], c[2]), 1.0 + dot(c[0], c[1])};
+    return (struct parts){fabs(lum_v3d_dot(c[0], lum_v3d_cross(c[1], c[2]))),
+                          lum_v3d_dot(c[0], c[2]) + lum_v3d_dot(c[1], c[2]), 1.0 + lum_v3d_dot(c[0], c[1])};
 }
 
 /* Unit vectors to some points. False: p is one of them. */
@@ -211,9 +179,9 @@ static bool look_at(uint32_t n, const struct lum_vec3 *point, struct lum_vec3d p
 {
     double least = INFINITY;
     for (uint32_t k = 0; k < n; k++) {
-        struct lum_vec3d d = less(widen(point[k]), p);
+        struct lum_vec3d d = lum_v3d_sub(lum_v3d_wide(point[k]), p);
         double r = lum_v3d_length(d);
-        ret_to[k] = scaled(d, 1.0 / r);
+        ret_to[k] = lum_v3d_mul(d, 1.0 / r);
         least = r < least ? r : least;
     }
     return least > 0.0;
@@ -229,7 +197,7 @@ static double solid_angle(const struct lum_facet *f, const struct lum_vec3d *to)
 bool lum_facets_look(const struct lum_facets *f, bool both_sides, struct lum_vec3 at, struct lum_facets_view *ret)
 {
     struct lum_vec3 off = lum_v3_sub(at, f->centre);
-    struct lum_vec3d p = widen(at), to[3 * LUM_FACETS_MAX];
+    struct lum_vec3d p = lum_v3d_wide(at), to[3 * LUM_FACETS_MAX];
     if (!(lum_dot(off, off) < f->near2) || !look_at(f->n_points, f->point, p, to))
         return false;
     uint32_t seen = look_from(f, both_sides, p).seen;
@@ -248,11 +216,11 @@ static struct lum_vec3d sample_triangle(const struct lum_vec3d c[3], double x, d
 {
     struct parts s = parts_of(c);
     double half = x * lum_angle(s.volume, s.other + s.beside), cosine = cos(half), sine = sin(half);
-    struct lum_vec3d r = mad(scaled(c[0], s.volume * cosine - s.other * sine), c[2], s.beside * sine);
-    struct lum_vec3d end = mad(scaled(r, 2.0 * dot(c[0], r) / dot(r, r)), c[0], -1.0);
-    double reach = dot(c[1], end), along = 1.0 - y * (1.0 - reach), width = 1.0 - reach * reach;
+    struct lum_vec3d r = lum_v3d_mad(lum_v3d_mul(c[0], s.volume * cosine - s.other * sine), c[2], s.beside * sine);
+    struct lum_vec3d end = lum_v3d_mad(lum_v3d_mul(r, 2.0 * lum_v3d_dot(c[0], r) / lum_v3d_dot(r, r)), c[0], -1.0);
+    double reach = lum_v3d_dot(c[1], end), along = 1.0 - y * (1.0 - reach), width = 1.0 - reach * reach;
     double t = width > 0.0 ? sqrt(fmax(1.0 - along * along, 0.0) / width) : 0.0;
-    return mad(scaled(c[1], along - t * reach), end, t);
+    return lum_v3d_mad(lum_v3d_mul(c[1], along - t * reach), end, t);
 }
 
 /* The last facet that something is seen of and whose sum is not above x. */
@@ -273,17 +241,17 @@ struct lum_vec3 lum_facets_sample(const struct lum_facets *f, const struct lum_f
     double x = (double)xi.x * v->solid_angle;
     uint32_t i = find_facet(f, v, x);
     const struct lum_facet *facet = &f->facet[i];
-    struct lum_vec3d p = widen(at), c[3];
+    struct lum_vec3d p = lum_v3d_wide(at), c[3];
     struct lum_vec3 corner[3];
     double farthest = 0.0;
     for (uint32_t k = 0; k < 3; k++) {
         corner[k] = f->point[facet->corner[k]];
-        farthest = fmax(farthest, lum_v3d_length(less(widen(corner[k]), p)));
+        farthest = fmax(farthest, lum_v3d_length(lum_v3d_sub(lum_v3d_wide(corner[k]), p)));
     }
     look_at(3, corner, p, c);
     double end = i + 1 < f->n ? v->below[i + 1] : v->solid_angle;
     struct lum_vec3d d = sample_triangle(c, (x - v->below[i]) / (end - v->below[i]), (double)xi.y);
-    double t = dot(less(widen(corner[0]), p), facet->normal) / dot(d, facet->normal);
+    double t = lum_v3d_dot(lum_v3d_sub(lum_v3d_wide(corner[0]), p), facet->normal) / lum_v3d_dot(d, facet->normal);
     t = t > 0.0 && t < farthest ? t : farthest; /* seen along its plane */
     return lum_v3((float)(d.x * t), (float)(d.y * t), (float)(d.z * t));
 }
@@ -306,12 +274,12 @@ static struct lum_irradiance sum_facets(const struct lum_facets *f, const struct
         if (!(sight->seen >> i & 1))
             continue;
         for (uint32_t k = 0; k < 3; k++)
-            to[k] = less(widen(f->point[f->facet[i].corner[k]]), p);
-        bool turned = dot(to[0], cross(to[1], to[2])) < 0.0; /* counter-clockwise from p */
+            to[k] = lum_v3d_sub(lum_v3d_wide(f->point[f->facet[i].corner[k]]), p);
+        bool turned = lum_v3d_dot(to[0], lum_v3d_cross(to[1], to[2])) < 0.0; /* counter-clockwise from p */
         for (uint32_t k = 0; k < 3; k++)
             lum_outline_add(&one, to[turned ? (k + 1) % 3 : k], to[turned ? k : (k + 1) % 3]);
         lum_outline_close(&one);
-        all.e = mad(all.e, one.e, 1.0);
+        all.e = lum_v3d_mad(all.e, one.e, 1.0);
     }
     return lum_outline_irradiance(&all);
 }
@@ -320,10 +288,10 @@ struct lum_irradiance lum_facets_irradiance(const struct lum_facets *f, bool bot
                                             struct lum_vec3 normal)
 {
     const struct lum_irradiance none = {0.0f, 0.0f}, all_around = {LUM_PI, COS_ALL_AROUND};
-    struct lum_vec3d p = widen(at), n = widen(normal);
+    struct lum_vec3d p = lum_v3d_wide(at), n = lum_v3d_wide(normal);
     struct sight sight = look_from(f, both_sides, p);
     if (sight.on && both_sides && f->closed) /* of a body, whose inner side sees nothing else */
-        return dot(n, f->facet[__builtin_ctz(sight.on)].normal) < 0.0 ? all_around : none;
+        return lum_v3d_dot(n, f->facet[__builtin_ctz(sight.on)].normal) < 0.0 ? all_around : none;
     if (!sight.seen)
         return none;
     if (sight.behind && f->closed)
@@ -334,7 +302,8 @@ struct lum_irradiance lum_facets_irradiance(const struct lum_facets *f, bool bot
         bool of = sight.seen >> e->of & 1, beyond = e->beyond != LUM_FACETS_MAX && (sight.seen >> e->beyond & 1);
         if (of == beyond)
             continue;
-        struct lum_vec3d a = less(widen(f->point[e->a]), p), b = less(widen(f->point[e->b]), p);
+        struct lum_vec3d a = lum_v3d_sub(lum_v3d_wide(f->point[e->a]), p),
+                         b = lum_v3d_sub(lum_v3d_wide(f->point[e->b]), p);
         if (of == sight.behind)
             lum_outline_add(&outline, a, b);
         else

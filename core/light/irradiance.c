@@ -4,46 +4,22 @@
 #include "core/light/emitter.h"
 
 #include "core/math/angle.h"
+#include "core/math/vec3d.h"
 
 #define POINT_LIKE_SR 1e-8 /* smaller lights are points: the error is a hundred-millionth of their light */
-
-static struct lum_vec3d vec(struct lum_vec3 a)
-{
-    return (struct lum_vec3d){(double)a.x, (double)a.y, (double)a.z};
-}
-
-static double dot(struct lum_vec3d a, struct lum_vec3d b)
-{
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-static struct lum_vec3d cross(struct lum_vec3d a, struct lum_vec3d b)
-{
-    return (struct lum_vec3d){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
-static struct lum_vec3d mad(struct lum_vec3d a, struct lum_vec3d b, double s)
-{
-    return (struct lum_vec3d){a.x + b.x * s, a.y + b.y * s, a.z + b.z * s};
-}
-
-static double length(struct lum_vec3d a)
-{
-    return sqrt(dot(a, a));
-}
 
 /* From the irradiance vector: the integral of w over the part of the light above the horizon. */
 static struct lum_irradiance from_vector(struct lum_vec3d e, struct lum_vec3d n)
 {
-    double a = fmin(fmax(dot(e, n), 0.0), LUM_PI_D), all = length(e);
+    double a = fmin(fmax(lum_v3d_dot(e, n), 0.0), LUM_PI_D), all = lum_v3d_length(e);
     return (struct lum_irradiance){(float)a, all > 0.0 ? (float)fmin(a / all, 1.0) : 0.0f};
 }
 
 /* A flat light of this area, seen from d away, that is too small for the integral to be exact. */
 static struct lum_irradiance from_point(struct lum_vec3d d, struct lum_vec3d n, struct lum_vec3d n_light, double area)
 {
-    double r2 = dot(d, d), r = sqrt(r2), cos = fmax(dot(d, n) / r, 0.0);
-    return (struct lum_irradiance){(float)(cos * fmax(-dot(d, n_light) / r, 0.0) * area / r2), (float)cos};
+    double r2 = lum_v3d_dot(d, d), r = sqrt(r2), cos = fmax(lum_v3d_dot(d, n) / r, 0.0);
+    return (struct lum_irradiance){(float)(cos * fmax(-lum_v3d_dot(d, n_light) / r, 0.0) * area / r2), (float)cos};
 }
 
 /* ---- polygon ---- */
@@ -52,19 +28,19 @@ static struct lum_irradiance from_point(struct lum_vec3d d, struct lum_vec3d n, 
  * it and the point. */
 static void add_edge(struct lum_vec3d a, struct lum_vec3d b, struct lum_vec3d *inout_e)
 {
-    struct lum_vec3d c = cross(a, b);
-    double s = length(c);
+    struct lum_vec3d c = lum_v3d_cross(a, b);
+    double s = lum_v3d_length(c);
     if (s > 0.0) /* else the edge is seen end on, or is a point */
-        *inout_e = mad(*inout_e, c, 0.5 * lum_angle(s, dot(a, b)) / s);
+        *inout_e = lum_v3d_mad(*inout_e, c, 0.5 * lum_angle(s, lum_v3d_dot(a, b)) / s);
 }
 
 void lum_outline_add(struct lum_outline *o, struct lum_vec3d a, struct lum_vec3d b)
 {
-    double ha = dot(a, o->n), hb = dot(b, o->n);
+    double ha = lum_v3d_dot(a, o->n), hb = lum_v3d_dot(b, o->n);
     if (ha <= 0.0 && hb <= 0.0)
         return;
     if (ha < 0.0 || hb < 0.0) {
-        struct lum_vec3d at_horizon = mad(a, (struct lum_vec3d){b.x - a.x, b.y - a.y, b.z - a.z}, ha / (ha - hb));
+        struct lum_vec3d at_horizon = lum_v3d_mad(a, lum_v3d_sub(b, a), ha / (ha - hb));
         if (ha < 0.0)
             a = o->in = at_horizon;
         else
@@ -125,18 +101,19 @@ bool lum_quad_far(const struct lum_light *l, struct lum_vec3 p, float *ret_solid
 
 static struct lum_irradiance quad(const struct lum_light *l, struct lum_vec3d p, struct lum_vec3d n)
 {
-    struct lum_vec3d d = mad(vec(l->p), p, -1.0), u = vec(l->u), v = vec(l->v), n_light = vec(l->n);
-    double r2 = dot(d, d), area = (double)l->area;
-    if (!(-dot(d, n_light) > 0.0))
+    struct lum_vec3d d = lum_v3d_mad(lum_v3d_wide(l->p), p, -1.0), u = lum_v3d_wide(l->u), v = lum_v3d_wide(l->v),
+                     n_light = lum_v3d_wide(l->n);
+    double r2 = lum_v3d_dot(d, d), area = (double)l->area;
+    if (!(-lum_v3d_dot(d, n_light) > 0.0))
         return (struct lum_irradiance){0.0f, 0.0f};
     if (area < POINT_LIKE_SR * r2)
         return from_point(d, n, n_light, area);
-    double turn = dot(cross(u, v), n_light) > 0.0 ? 1.0 : -1.0;
+    double turn = lum_v3d_dot(lum_v3d_cross(u, v), n_light) > 0.0 ? 1.0 : -1.0;
     struct lum_vec3d corner[4] = {
-        mad(mad(d, u, -turn), v, -1.0),
-        mad(mad(d, u, -turn), v, 1.0),
-        mad(mad(d, u, turn), v, 1.0),
-        mad(mad(d, u, turn), v, -1.0),
+        lum_v3d_mad(lum_v3d_mad(d, u, -turn), v, -1.0),
+        lum_v3d_mad(lum_v3d_mad(d, u, -turn), v, 1.0),
+        lum_v3d_mad(lum_v3d_mad(d, u, turn), v, 1.0),
+        lum_v3d_mad(lum_v3d_mad(d, u, turn), v, -1.0),
     };
     struct lum_outline outline = {.n = n};
     for (int k = 0; k < 4; k++)
@@ -199,7 +176,7 @@ static void sum_up(const struct points *e, const struct points *n, double *restr
 /* Whether the quad is in front of the points, and no point to them. */
 static void look_at_side(const struct lum_light *l, const struct points *p, bool ret_open[POINTS])
 {
-    struct lum_vec3d at = vec(l->p), n = vec(l->n);
+    struct lum_vec3d at = lum_v3d_wide(l->p), n = lum_v3d_wide(l->n);
     for (int i = 0; i < POINTS; i++) {
         double x = at.x - p->x[i], y = at.y - p->y[i], z = at.z - p->z[i];
         ret_open[i] =
@@ -213,8 +190,9 @@ static void quads(const struct lum_light *l, uint32_t n_points, const struct lum
                   const struct lum_vec3 *normal, struct lum_irradiance *ret)
 {
     static const int8_t sides[4][2] = {{-1, -1}, {-1, 1}, {1, 1}, {1, -1}};
-    struct lum_vec3d u = vec(l->u), v = vec(l->v);
-    double turn = dot(cross(u, v), vec(l->n)) > 0.0 ? 1.0 : -1.0, height[POINTS], a[POINTS], cos[POINTS];
+    struct lum_vec3d u = lum_v3d_wide(l->u), v = lum_v3d_wide(l->v);
+    double turn = lum_v3d_dot(lum_v3d_cross(u, v), lum_v3d_wide(l->n)) > 0.0 ? 1.0 : -1.0, height[POINTS], a[POINTS],
+           cos[POINTS];
     bool open[POINTS];
     struct points p, n, corner[4], e = {0};
     load_points(&p, n_points, at);
@@ -222,14 +200,15 @@ static void quads(const struct lum_light *l, uint32_t n_points, const struct lum
     for (int i = 0; i < POINTS; i++)
         height[i] = INFINITY;
     for (int k = 0; k < 4; k++)
-        look_at_corner(mad(mad(vec(l->p), u, turn * sides[k][0]), v, sides[k][1]), &p, &n, &corner[k], height);
+        look_at_corner(lum_v3d_mad(lum_v3d_mad(lum_v3d_wide(l->p), u, turn * sides[k][0]), v, sides[k][1]), &p, &n,
+                       &corner[k], height);
     for (int k = 0; k < 4; k++)
         add_edges(&corner[k], &corner[(k + 1) % 4], &e);
     sum_up(&e, &n, a, cos);
     look_at_side(l, &p, open);
     for (uint32_t i = 0; i < n_points; i++)
         ret[i] = open[i] && height[i] > 0.0 ? (struct lum_irradiance){(float)a[i], (float)cos[i]}
-                                            : quad(l, vec(at[i]), vec(normal[i]));
+                                            : quad(l, lum_v3d_wide(at[i]), lum_v3d_wide(normal[i]));
 }
 
 /* ---- disc ---- */
@@ -244,7 +223,7 @@ struct rim {
 
 static struct lum_vec3d rim_at(const struct rim *r, double t)
 {
-    return mad(mad(r->d, r->a, r->radius * cos(t)), r->b, r->radius * sin(t));
+    return lum_v3d_mad(lum_v3d_mad(r->d, r->a, r->radius * cos(t)), r->b, r->radius * sin(t));
 }
 
 /* Integral of 1 / (square + slope cos t) from 0 to t, -pi <= t <= pi. */
@@ -258,7 +237,7 @@ static double integral_inverse(const struct rim *r, double t)
 /* Contour integral along the rim from t0 to t1, both in -pi .. pi. */
 static struct lum_vec3d arc_vector(const struct rim *r, double t0, double t1)
 {
-    struct lum_vec3d normal = cross(r->a, r->b), da = cross(r->d, r->a), db = cross(r->d, r->b);
+    struct lum_vec3d normal = lum_v3d_cross(r->a, r->b), da = lum_v3d_cross(r->d, r->a), db = lum_v3d_cross(r->d, r->b);
     double inverse = integral_inverse(r, t1) - integral_inverse(r, t0);
     double c, s; /* integrals of cos t and of sin t over the denominator */
     if (r->slope > 1e-6 * r->square) {
@@ -270,8 +249,8 @@ static struct lum_vec3d arc_vector(const struct rim *r, double t0, double t1)
         s = (cos(t0) - cos(t1) - q * 0.25 * (cos(2.0 * t0) - cos(2.0 * t1))) / r->square;
     }
     /* r x r' = R (cos t d x b - sin t d x a) + R^2 a x b */
-    struct lum_vec3d zero = {0, 0, 0}, e = mad(zero, normal, 0.5 * r->radius * r->radius * inverse);
-    return mad(mad(e, db, 0.5 * r->radius * c), da, -0.5 * r->radius * s);
+    struct lum_vec3d zero = {0, 0, 0}, e = lum_v3d_mad(zero, normal, 0.5 * r->radius * r->radius * inverse);
+    return lum_v3d_mad(lum_v3d_mad(e, db, 0.5 * r->radius * c), da, -0.5 * r->radius * s);
 }
 
 /* The same along the whole rim, where most of that cancels. */
@@ -280,14 +259,16 @@ static struct lum_vec3d circle_vector(const struct rim *r)
     double inverse = 2.0 * LUM_PI_D / sqrt((r->square - r->slope) * (r->square + r->slope)), q = r->slope / r->square;
     double c =
         r->slope > 1e-6 * r->square ? (2.0 * LUM_PI_D - r->square * inverse) / r->slope : -LUM_PI_D * q / r->square;
-    struct lum_vec3d zero = {0, 0, 0}, e = mad(zero, cross(r->a, r->b), 0.5 * r->radius * r->radius * inverse);
-    return mad(e, cross(r->d, r->b), 0.5 * r->radius * c);
+    struct lum_vec3d zero = {0, 0, 0},
+                     e = lum_v3d_mad(zero, lum_v3d_cross(r->a, r->b), 0.5 * r->radius * r->radius * inverse);
+    return lum_v3d_mad(e, lum_v3d_cross(r->d, r->b), 0.5 * r->radius * c);
 }
 
 /* The arc above the horizon, where height + R (cos t a.n + sin t b.n) > 0, and the chord that closes it. */
 static struct lum_vec3d disc_vector(const struct rim *r, struct lum_vec3d n)
 {
-    double height = dot(r->d, n), an = dot(r->a, n), bn = dot(r->b, n), reach = r->radius * sqrt(an * an + bn * bn);
+    double height = lum_v3d_dot(r->d, n), an = lum_v3d_dot(r->a, n), bn = lum_v3d_dot(r->b, n),
+           reach = r->radius * sqrt(an * an + bn * bn);
     if (height >= reach)
         return circle_vector(r);
     if (height <= -reach)
@@ -296,7 +277,7 @@ static struct lum_vec3d disc_vector(const struct rim *r, struct lum_vec3d n)
     struct lum_vec3d e;
     if (t0 < -LUM_PI_D || t1 > LUM_PI_D) { /* over the seam */
         double from = t0 < -LUM_PI_D ? t0 + 2.0 * LUM_PI_D : t0, to = t1 > LUM_PI_D ? t1 - 2.0 * LUM_PI_D : t1;
-        e = mad(arc_vector(r, from, LUM_PI_D), arc_vector(r, -LUM_PI_D, to), 1.0);
+        e = lum_v3d_mad(arc_vector(r, from, LUM_PI_D), arc_vector(r, -LUM_PI_D, to), 1.0);
     } else {
         e = arc_vector(r, t0, t1);
     }
@@ -306,19 +287,19 @@ static struct lum_vec3d disc_vector(const struct rim *r, struct lum_vec3d n)
 
 struct lum_irradiance lum_disc_irradiance(const struct lum_light *l, struct lum_vec3 at, struct lum_vec3 normal)
 {
-    struct lum_vec3d p = vec(at), n = vec(normal);
-    struct lum_vec3d d = mad(vec(l->p), p, -1.0), n_light = vec(l->n);
-    double r2 = dot(d, d), facing = -dot(d, n_light), radius = (double)l->radius;
+    struct lum_vec3d p = lum_v3d_wide(at), n = lum_v3d_wide(normal);
+    struct lum_vec3d d = lum_v3d_mad(lum_v3d_wide(l->p), p, -1.0), n_light = lum_v3d_wide(l->n);
+    double r2 = lum_v3d_dot(d, d), facing = -lum_v3d_dot(d, n_light), radius = (double)l->radius;
     if (!(facing > 0.0))
         return (struct lum_irradiance){0.0f, 0.0f};
     if (LUM_PI_D * radius * radius < POINT_LIKE_SR * r2)
         return from_point(d, n, n_light, LUM_PI_D * radius * radius);
-    struct lum_vec3d beside = mad(d, n_light, facing);
-    double off = length(beside);
+    struct lum_vec3d beside = lum_v3d_mad(d, n_light, facing);
+    double off = lum_v3d_length(beside);
     struct lum_frame f = lum_frame_from_normal(l->n);
     struct rim r = {.d = d, .radius = radius, .square = r2 + radius * radius, .slope = 2.0 * radius * off};
-    r.a = off > 0x1p-20 * radius ? mad((struct lum_vec3d){0, 0, 0}, beside, 1.0 / off) : vec(f.t);
-    r.b = cross(r.a, n_light); /* so that a x b points away from where the light goes */
+    r.a = off > 0x1p-20 * radius ? lum_v3d_mad((struct lum_vec3d){0, 0, 0}, beside, 1.0 / off) : lum_v3d_wide(f.t);
+    r.b = lum_v3d_cross(r.a, n_light); /* so that a x b points away from where the light goes */
     if (!(off > 0x1p-20 * radius))
         r.slope = 0.0;
     return from_vector(disc_vector(&r, n), n);
@@ -329,9 +310,10 @@ struct lum_irradiance lum_disc_irradiance(const struct lum_light *l, struct lum_
 /* A cap of half angle sigma whose axis is at an angle theta to n, in three parts: above the horizon, below, across. */
 struct lum_irradiance lum_sphere_irradiance(const struct lum_light *l, struct lum_vec3 at, struct lum_vec3 normal)
 {
-    struct lum_vec3d p = vec(at), n = vec(normal);
-    struct lum_vec3d d = mad(vec(l->p), p, -1.0);
-    double r2 = dot(d, d), sin2 = (double)l->radius * (double)l->radius / r2, cos = dot(d, n) / sqrt(r2);
+    struct lum_vec3d p = lum_v3d_wide(at), n = lum_v3d_wide(normal);
+    struct lum_vec3d d = lum_v3d_mad(lum_v3d_wide(l->p), p, -1.0);
+    double r2 = lum_v3d_dot(d, d), sin2 = (double)l->radius * (double)l->radius / r2,
+           cos = lum_v3d_dot(d, n) / sqrt(r2);
     if (!(sin2 < 1.0))
         return (struct lum_irradiance){0.0f, 0.0f}; /* inside, where it does not shine */
     double a = 0.0;

@@ -34,6 +34,13 @@ float lum_emitter_area_pdf(float distance, float cos_light, float area)
     return isfinite(pdf) ? pdf : 0.0f;
 }
 
+float lum_emitter_pdf_by_area(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, float distance,
+                              float cos_light)
+{
+    (void)p, (void)wi;
+    return lum_emitter_area_pdf(distance, cos_light, l->area);
+}
+
 bool lum_emitter_area_sample(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 x, struct lum_vec3 n,
                              struct lum_light_sample *ret)
 {
@@ -160,14 +167,9 @@ struct lum_rgb lum_light_emitted(const struct lum_light *l, struct lum_vec3 d, b
     return l->web ? lum_rgb_scale(l->power, lum_opening_radiance(l, d)) : l->power;
 }
 
-static bool same_v3(struct lum_vec3 a, struct lum_vec3 b)
-{
-    return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-
 static bool same_frame(const struct lum_frame *a, const struct lum_frame *b)
 {
-    return same_v3(a->t, b->t) && same_v3(a->b, b->b) && same_v3(a->n, b->n);
+    return lum_v3_same(a->t, b->t) && lum_v3_same(a->b, b->b) && lum_v3_same(a->n, b->n);
 }
 
 bool lum_light_same_shape(const struct lum_light *a, const struct lum_light *b)
@@ -175,8 +177,8 @@ bool lum_light_same_shape(const struct lum_light *a, const struct lum_light *b)
     bool image = (a->env && !a->env_hash) || (b->env && !b->env_hash);
     if (image) /* its address may be reused: it does not say that the image is the same */
         return false;
-    return a->kind == b->kind && a->falloff == b->falloff && same_v3(a->p, b->p) && same_v3(a->n, b->n) &&
-           same_v3(a->u, b->u) && same_v3(a->v, b->v) && a->radius == b->radius && a->area == b->area &&
+    return a->kind == b->kind && a->falloff == b->falloff && lum_v3_same(a->p, b->p) && lum_v3_same(a->n, b->n) &&
+           lum_v3_same(a->u, b->u) && lum_v3_same(a->v, b->v) && a->radius == b->radius && a->area == b->area &&
            a->omc_inner == b->omc_inner && a->omc_outer == b->omc_outer && a->instance == b->instance &&
            a->shape == b->shape && a->web_hash == b->web_hash && a->env_hash == b->env_hash &&
            (!(a->web_hash || a->env_hash) || same_frame(&a->frame, &b->frame)) &&

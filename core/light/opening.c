@@ -17,20 +17,9 @@ float lum_opening_radiance(const struct lum_light *l, struct lum_vec3 wi)
     return lum_falloff_web.share(l, wi) / (l->area * lum_max(cos_light, LEAST_COS));
 }
 
-static struct lum_vec3 on_rectangle(const struct lum_light *l, struct lum_vec2 u)
-{
-    return lum_v3_mad(lum_v3_mad(l->p, l->u, 2.0f * u.x - 1.0f), l->v, 2.0f * u.y - 1.0f);
-}
-
-static struct lum_vec3 on_disc(const struct lum_light *l, struct lum_vec2 d)
-{
-    struct lum_frame f = lum_frame_from_normal(l->n);
-    return lum_v3_mad(lum_v3_mad(l->p, f.t, l->radius * d.x), f.b, l->radius * d.y);
-}
-
 static struct lum_vec3 point_of(const struct lum_light *l, struct lum_vec2 u)
 {
-    return l->kind == &lum_emitter_opening_disc ? on_disc(l, lum_warp_disc(u)) : on_rectangle(l, u);
+    return l->kind == &lum_emitter_opening_disc ? lum_disc_point(l, lum_warp_disc(u)) : lum_quad_point(l, u);
 }
 
 static bool place_on_opening(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
@@ -39,13 +28,6 @@ static bool place_on_opening(const struct lum_snapshot *s, const struct lum_ligh
     (void)s;
     *ret = (struct lum_light_place){point_of(l, u), l->n, lum_grey(1.0f)};
     return true;
-}
-
-static float pdf_of_opening(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, float distance,
-                            float cos_light)
-{
-    (void)p, (void)wi;
-    return lum_emitter_area_pdf(distance, cos_light, l->area);
 }
 
 /* Each point has a sample of its own: what comes from one place differs by direction. */
@@ -71,38 +53,6 @@ static double flux_of_opening(const struct lum_light *l, struct lum_vec3 bounds_
     return l->web->flux_sr;
 }
 
-static struct lum_vec3 half_rectangle(const struct lum_light *l)
-{
-    return lum_v3(fabsf(l->u.x) + fabsf(l->v.x), fabsf(l->u.y) + fabsf(l->v.y), fabsf(l->u.z) + fabsf(l->v.z));
-}
-
-static float across_rectangle(const struct lum_light *l)
-{
-    return l->area / (4.0f * fmaxf(lum_length(l->u), lum_length(l->v)));
-}
-
-static struct lum_vec3 half_disc(const struct lum_light *l)
-{
-    return lum_v3(l->radius, l->radius, l->radius);
-}
-
-static float across_disc(const struct lum_light *l)
-{
-    return l->radius;
-}
-
-static struct lum_vec3 hit_on_rectangle(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng)
-{
-    *inout_ng = l->n;
-    return on_rectangle(l, uv);
-}
-
-static struct lum_vec3 hit_on_disc(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng)
-{
-    *inout_ng = l->n;
-    return on_disc(l, uv);
-}
-
 /* All around, and as much anywhere: what a web says of one direction is not asked. */
 static struct lum_light_reach reach_of_opening(const struct lum_light *l)
 {
@@ -116,24 +66,24 @@ static struct lum_light_reach reach_of_opening(const struct lum_light *l)
 }
 
 const struct lum_emitter_row lum_emitter_opening_rectangle = {.reach = reach_of_opening,
-                                                              .pdf = pdf_of_opening,
+                                                              .pdf = lum_emitter_pdf_by_area,
                                                               .place = place_on_opening,
                                                               .aim = aim_at_opening,
                                                               .emit = emit_opening,
                                                               .flux = flux_of_opening,
                                                               .unit = LUM_POWER_INTENSITY,
-                                                              .half = half_rectangle,
-                                                              .across = across_rectangle,
+                                                              .half = lum_quad_half,
+                                                              .across = lum_quad_across,
                                                               .shape = &lum_shape_quad,
-                                                              .at = hit_on_rectangle};
+                                                              .at = lum_quad_at};
 const struct lum_emitter_row lum_emitter_opening_disc = {.reach = reach_of_opening,
-                                                         .pdf = pdf_of_opening,
+                                                         .pdf = lum_emitter_pdf_by_area,
                                                          .place = place_on_opening,
                                                          .aim = aim_at_opening,
                                                          .emit = emit_opening,
                                                          .flux = flux_of_opening,
                                                          .unit = LUM_POWER_INTENSITY,
-                                                         .half = half_disc,
-                                                         .across = across_disc,
+                                                         .half = lum_round_half,
+                                                         .across = lum_round_across,
                                                          .shape = &lum_shape_disc,
-                                                         .at = hit_on_disc};
+                                                         .at = lum_disc_at};

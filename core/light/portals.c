@@ -5,11 +5,6 @@
 
 /* Faces are 2 axis + (1: the upper one); along a face go the next two axes. */
 
-static float of_axis(struct lum_vec3 v, uint32_t axis)
-{
-    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-}
-
 static uint32_t index_in(float x, float lo, float hi, uint32_t side)
 {
     float at = (x - lo) / (hi - lo) * (float)side;
@@ -25,16 +20,16 @@ static uint32_t cells_along(float edge, float longest, uint32_t side)
 void lum_portals_cut(struct lum_portals *o, struct lum_vec3 lo, struct lum_vec3 hi, uint32_t side)
 {
     struct lum_vec3 size = lum_v3_sub(hi, lo);
-    float longest = lum_max(size.x, lum_max(size.y, size.z));
+    float longest = lum_v3_largest(size);
     *o = (struct lum_portals){.lo = lo, .hi = hi, .side = side};
     for (uint32_t k = 0; k < 3; k++)
-        o->along[k] = cells_along(of_axis(size, k), longest, side);
+        o->along[k] = cells_along(lum_v3_part(size, k), longest, side);
 }
 
 /* Of a cell, along an axis. */
 static float edge_of_cell(const struct lum_portals *o, uint32_t axis)
 {
-    return (of_axis(o->hi, axis) - of_axis(o->lo, axis)) / (float)o->along[axis];
+    return (lum_v3_part(o->hi, axis) - lum_v3_part(o->lo, axis)) / (float)o->along[axis];
 }
 
 float lum_portals_cell_area(const struct lum_portals *o, uint32_t axis)
@@ -46,8 +41,8 @@ float lum_portals_cell_area(const struct lum_portals *o, uint32_t axis)
 static uint32_t cell_at(const struct lum_portals *o, uint32_t axis, bool upper, struct lum_vec3 x)
 {
     uint32_t a = (axis + 1u) % 3u, b = (axis + 2u) % 3u;
-    uint32_t i = index_in(of_axis(x, a), of_axis(o->lo, a), of_axis(o->hi, a), o->along[a]);
-    uint32_t j = index_in(of_axis(x, b), of_axis(o->lo, b), of_axis(o->hi, b), o->along[b]);
+    uint32_t i = index_in(lum_v3_part(x, a), lum_v3_part(o->lo, a), lum_v3_part(o->hi, a), o->along[a]);
+    uint32_t j = index_in(lum_v3_part(x, b), lum_v3_part(o->lo, b), lum_v3_part(o->hi, b), o->along[b]);
     return (2u * axis + upper) * lum_portals_per_face(o) + j * o->side + i;
 }
 
@@ -65,7 +60,7 @@ static struct lum_portal_hit hit_at(const struct lum_portals *o, uint32_t axis, 
                                     struct lum_vec3 d)
 {
     return (struct lum_portal_hit){.distance = t * lum_length(d),
-                                   .cosine = fabsf(of_axis(d, axis)) / lum_length(d),
+                                   .cosine = fabsf(lum_v3_part(d, axis)) / lum_length(d),
                                    .area = lum_portals_cell_area(o, axis),
                                    .cell = cell_at(o, axis, upper, lum_v3_mad(p, d, t))};
 }
@@ -75,7 +70,7 @@ bool lum_portals_leave(const struct lum_portals *o, struct lum_vec3 p, struct lu
     float least = INFINITY;
     uint32_t through = 0;
     for (uint32_t k = 0; k < 3; k++) {
-        float x = of_axis(p, k), dk = of_axis(d, k), lo = of_axis(o->lo, k), hi = of_axis(o->hi, k);
+        float x = lum_v3_part(p, k), dk = lum_v3_part(d, k), lo = lum_v3_part(o->lo, k), hi = lum_v3_part(o->hi, k);
         if (!(x >= lo && x <= hi))
             return false;
         float t = dk > 0.0f ? (hi - x) / dk : dk < 0.0f ? (lo - x) / dk : INFINITY;
@@ -86,7 +81,7 @@ bool lum_portals_leave(const struct lum_portals *o, struct lum_vec3 p, struct lu
     }
     if (!isfinite(least))
         return false;
-    *ret = hit_at(o, through, of_axis(d, through) > 0.0f, least, p, d);
+    *ret = hit_at(o, through, lum_v3_part(d, through) > 0.0f, least, p, d);
     return true;
 }
 
@@ -95,7 +90,7 @@ bool lum_portals_enter(const struct lum_portals *o, struct lum_vec3 p, struct lu
     float near = -INFINITY, far = INFINITY;
     uint32_t through = 0;
     for (uint32_t k = 0; k < 3; k++) {
-        float x = of_axis(p, k), dk = of_axis(d, k), lo = of_axis(o->lo, k), hi = of_axis(o->hi, k);
+        float x = lum_v3_part(p, k), dk = lum_v3_part(d, k), lo = lum_v3_part(o->lo, k), hi = lum_v3_part(o->hi, k);
         if (dk == 0.0f) {
             if (!(x >= lo && x <= hi))
                 return false;
@@ -110,7 +105,7 @@ bool lum_portals_enter(const struct lum_portals *o, struct lum_vec3 p, struct lu
     }
     if (!(near <= far) || !isfinite(near))
         return false;
-    *ret = hit_at(o, through, of_axis(d, through) < 0.0f, near, p, d);
+    *ret = hit_at(o, through, lum_v3_part(d, through) < 0.0f, near, p, d);
     return true;
 }
 
@@ -144,7 +139,8 @@ void lum_portals_see(const struct lum_portals *o, struct lum_vec3 p, struct lum_
     ret->all = 0.0f;
     for (uint32_t face = 0; face < 6; face++) {
         uint32_t axis = face / 2u;
-        float before = face % 2u ? of_axis(p, axis) - of_axis(o->hi, axis) : of_axis(o->lo, axis) - of_axis(p, axis);
+        float before = face % 2u ? lum_v3_part(p, axis) - lum_v3_part(o->hi, axis)
+                                 : lum_v3_part(o->lo, axis) - lum_v3_part(p, axis);
         if (before > 0.0f)
             ret->all += see_face(o, face, before, p, n, ret->part);
         else
@@ -239,9 +235,9 @@ struct lum_vec3 lum_portals_point(const struct lum_portals *o, uint32_t cell, st
     uint32_t face = cell / lum_portals_per_face(o), axis = face / 2u, at = cell % lum_portals_per_face(o);
     uint32_t a = (axis + 1u) % 3u, b = (axis + 2u) % 3u;
     float x[3];
-    x[axis] = of_axis(face % 2u ? o->hi : o->lo, axis);
-    x[a] = of_axis(o->lo, a) + ((float)(at % o->side) + u.x) * edge_of_cell(o, a);
-    x[b] = of_axis(o->lo, b) + ((float)(at / o->side) + u.y) * edge_of_cell(o, b);
+    x[axis] = lum_v3_part(face % 2u ? o->hi : o->lo, axis);
+    x[a] = lum_v3_part(o->lo, a) + ((float)(at % o->side) + u.x) * edge_of_cell(o, a);
+    x[b] = lum_v3_part(o->lo, b) + ((float)(at / o->side) + u.y) * edge_of_cell(o, b);
     *ret_n = lum_portals_normal(face);
     return lum_v3(x[0], x[1], x[2]);
 }

@@ -19,7 +19,7 @@ static bool quad_view(const struct lum_light *l, struct lum_vec3 p, struct lum_r
     return true;
 }
 
-static struct lum_vec3 quad_point(const struct lum_light *l, struct lum_vec2 u)
+struct lum_vec3 lum_quad_point(const struct lum_light *l, struct lum_vec2 u)
 {
     return lum_v3_mad(lum_v3_mad(l->p, l->u, 2.0f * u.x - 1.0f), l->v, 2.0f * u.y - 1.0f);
 }
@@ -27,7 +27,7 @@ static struct lum_vec3 quad_point(const struct lum_light *l, struct lum_vec2 u)
 static bool sample_quad_area(const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u,
                              struct lum_light_sample *ret)
 {
-    return lum_emitter_area_sample(l, p, quad_point(l, u), l->n, ret);
+    return lum_emitter_area_sample(l, p, lum_quad_point(l, u), l->n, ret);
 }
 
 static bool sample_rect(const struct lum_light *l, const struct lum_rect_view *view, struct lum_vec2 u,
@@ -133,7 +133,7 @@ static void quad_weights(const struct lum_light_view *v, struct lum_vec3 n, cons
     const struct lum_light l = v->snapshot->lights.lights[v->index];
     struct lum_vec3 p = v->p;
     for (uint32_t k = 0; k < LUM_LIGHT_WEIGHTS; k++) {
-        struct lum_vec3 d = lum_v3_sub(quad_point(&l, u[k]), p);
+        struct lum_vec3 d = lum_v3_sub(lum_quad_point(&l, u[k]), p);
         float r2 = lum_max(lum_dot(d, d), FLT_MIN), cos_light = lum_max(-lum_dot(d, l.n), 0.0f); /* cosines: times r */
         ret[k] = l.area * (cos_light / r2) * (lum_dot(d, n) / r2);
     }
@@ -181,23 +181,23 @@ static bool emit_quad(const struct lum_snapshot *s, const struct lum_light *l, s
                       struct lum_vec2 u_direction, struct lum_light_ray *ret)
 {
     (void)s;
-    return lum_emit_surface(quad_point(l, u_position), l->n, u_direction, lum_grey(LUM_PI * l->area), ret);
+    return lum_emit_surface(lum_quad_point(l, u_position), l->n, u_direction, lum_grey(LUM_PI * l->area), ret);
 }
 
-static struct lum_vec3 half_quad(const struct lum_light *l)
+struct lum_vec3 lum_quad_half(const struct lum_light *l)
 {
     return lum_v3(fabsf(l->u.x) + fabsf(l->v.x), fabsf(l->u.y) + fabsf(l->v.y), fabsf(l->u.z) + fabsf(l->v.z));
 }
 
-static float across_quad(const struct lum_light *l)
+float lum_quad_across(const struct lum_light *l)
 {
     return l->area / (4.0f * fmaxf(lum_length(l->u), lum_length(l->v)));
 }
 
-static struct lum_vec3 hit_on_quad(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng)
+struct lum_vec3 lum_quad_at(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng)
 {
     *inout_ng = l->n;
-    return quad_point(l, uv);
+    return lum_quad_point(l, uv);
 }
 
 static struct lum_light_reach reach_of_quad(const struct lum_light *l)
@@ -216,9 +216,9 @@ const struct lum_emitter_row lum_emitter_quad = {.sample = sample_quad,
                                                  .aim = aim_quad,
                                                  .emit = emit_quad,
                                                  .irradiances = lum_quad_irradiances,
-                                                 .half = half_quad,
+                                                 .half = lum_quad_half,
                                                  .reach = reach_of_quad,
-                                                 .across = across_quad,
+                                                 .across = lum_quad_across,
                                                  .shape = &lum_shape_quad,
-                                                 .at = hit_on_quad,
+                                                 .at = lum_quad_at,
                                                  .flat = true};

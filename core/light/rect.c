@@ -1,21 +1,7 @@
 #include "core/light/rect.h"
 
 #include "core/math/angle.h"
-
-static struct lum_vec3d widen(struct lum_vec3 a)
-{
-    return (struct lum_vec3d){(double)a.x, (double)a.y, (double)a.z};
-}
-
-static double dot(struct lum_vec3d a, struct lum_vec3d b)
-{
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-static struct lum_vec3d scaled(struct lum_vec3d a, double s)
-{
-    return (struct lum_vec3d){a.x * s, a.y * s, a.z * s};
-}
+#include "core/math/vec3d.h"
 
 /* NaN becomes lo. */
 static double clamp(double x, double lo, double hi)
@@ -45,20 +31,18 @@ static struct turn half_corner(double a, double b)
 bool lum_rect_view_init(struct lum_rect_view *ret_view, struct lum_vec3 p, struct lum_vec3 centre, struct lum_vec3 u,
                         struct lum_vec3 v)
 {
-    struct lum_vec3d du = widen(u), dv = widen(v), c = widen(centre), o = widen(p);
-    struct lum_vec3d d = {c.x - o.x, c.y - o.y, c.z - o.z};
-    double hx = sqrt(dot(du, du)), hy = sqrt(dot(dv, dv));
-    struct lum_rect_view w = {.x = scaled(du, 1.0 / hx), .y = scaled(dv, 1.0 / hy)};
-    w.z =
-        (struct lum_vec3d){w.x.y * w.y.z - w.x.z * w.y.y, w.x.z * w.y.x - w.x.x * w.y.z, w.x.x * w.y.y - w.x.y * w.y.x};
-    w.z0 = dot(d, w.z);
+    struct lum_vec3d du = lum_v3d_wide(u), dv = lum_v3d_wide(v), d = lum_v3d_sub(lum_v3d_wide(centre), lum_v3d_wide(p));
+    double hx = lum_v3d_length(du), hy = lum_v3d_length(dv);
+    struct lum_rect_view w = {.x = lum_v3d_mul(du, 1.0 / hx), .y = lum_v3d_mul(dv, 1.0 / hy)};
+    w.z = lum_v3d_cross(w.x, w.y);
+    w.z0 = lum_v3d_dot(d, w.z);
     if (w.z0 > 0.0) {
-        w.z = scaled(w.z, -1.0);
+        w.z = lum_v3d_mul(w.z, -1.0);
         w.z0 = -w.z0;
     }
     if (!(w.z0 < 0.0))
         return false;
-    double x = dot(d, w.x), y = dot(d, w.y);
+    double x = lum_v3d_dot(d, w.x), y = lum_v3d_dot(d, w.y);
     w.x0 = x - hx, w.x1 = x + hx, w.y0 = y - hy, w.y1 = y + hy;
 
     /* z components of the unit normals of the planes through the point and the four edges. */

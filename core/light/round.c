@@ -5,23 +5,22 @@
 
 /* ---- disc ---- */
 
-/* d: in the unit disc. */
-static struct lum_vec3 on_disc(const struct lum_light *l, struct lum_vec2 d)
+struct lum_vec3 lum_disc_point(const struct lum_light *l, struct lum_vec2 d)
 {
     struct lum_frame f = lum_frame_from_normal(l->n);
     return lum_v3_mad(lum_v3_mad(l->p, f.t, l->radius * d.x), f.b, l->radius * d.y);
 }
 
-static struct lum_vec3 disc_point(const struct lum_light *l, struct lum_vec2 u)
+static struct lum_vec3 draw_point(const struct lum_light *l, struct lum_vec2 u)
 {
-    return on_disc(l, lum_warp_disc(u));
+    return lum_disc_point(l, lum_warp_disc(u));
 }
 
-static bool place_on_disc(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
-                          struct lum_light_place *ret)
+bool lum_disc_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                    struct lum_light_place *ret)
 {
     (void)s;
-    *ret = (struct lum_light_place){disc_point(l, u), l->n, lum_grey(1.0f)};
+    *ret = (struct lum_light_place){draw_point(l, u), l->n, lum_grey(1.0f)};
     return true;
 }
 
@@ -36,23 +35,23 @@ static bool emit_disc(const struct lum_snapshot *s, const struct lum_light *l, s
                       struct lum_vec2 u_direction, struct lum_light_ray *ret)
 {
     (void)s;
-    return lum_emit_surface(disc_point(l, u_position), l->n, u_direction, lum_grey(LUM_PI * l->area), ret);
+    return lum_emit_surface(draw_point(l, u_position), l->n, u_direction, lum_grey(LUM_PI * l->area), ret);
 }
 
-static struct lum_vec3 half_round(const struct lum_light *l)
+struct lum_vec3 lum_round_half(const struct lum_light *l)
 {
     return lum_v3(l->radius, l->radius, l->radius);
 }
 
-static float across_round(const struct lum_light *l)
+float lum_round_across(const struct lum_light *l)
 {
     return l->radius;
 }
 
-static struct lum_vec3 hit_on_disc(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng)
+struct lum_vec3 lum_disc_at(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng)
 {
     *inout_ng = l->n;
-    return on_disc(l, uv);
+    return lum_disc_point(l, uv);
 }
 
 static struct lum_light_reach reach_of_disc(const struct lum_light *l)
@@ -72,13 +71,13 @@ static struct lum_light_reach reach_of_sphere(const struct lum_light *l)
 
 const struct lum_emitter_row lum_emitter_disc = {.reach = reach_of_disc,
                                                  .pdf = pdf_of_disc,
-                                                 .place = place_on_disc,
+                                                 .place = lum_disc_place,
                                                  .emit = emit_disc,
                                                  .irradiance = lum_disc_irradiance,
-                                                 .across = across_round,
+                                                 .across = lum_round_across,
                                                  .shape = &lum_shape_disc,
-                                                 .at = hit_on_disc,
-                                                 .half = half_round,
+                                                 .at = lum_disc_at,
+                                                 .half = lum_round_half,
                                                  .flat = true};
 
 /* ---- sphere ---- */
@@ -144,7 +143,7 @@ const struct lum_emitter_row lum_emitter_sphere = {.reach = reach_of_sphere,
                                                    .even_pdf = even_pdf_of_sphere,
                                                    .emit = emit_sphere,
                                                    .irradiance = lum_sphere_irradiance,
-                                                   .across = across_round,
+                                                   .across = lum_round_across,
                                                    .shape = &lum_shape_sphere,
                                                    .at = hit_on_sphere,
-                                                   .half = half_round};
+                                                   .half = lum_round_half};

@@ -82,8 +82,8 @@ static void add_to(struct group *all, const struct group *g)
     all->reach.cos_end = lum_min(all->reach.cos_end, g->reach.cos_end);
     all->reach.both_sides = all->reach.both_sides || g->reach.both_sides;
     all->reach.intensity += g->reach.intensity;
-    all->lo = lum_v3(lum_min(all->lo.x, g->lo.x), lum_min(all->lo.y, g->lo.y), lum_min(all->lo.z, g->lo.z));
-    all->hi = lum_v3(lum_max(all->hi.x, g->hi.x), lum_max(all->hi.y, g->hi.y), lum_max(all->hi.z, g->hi.z));
+    all->lo = lum_v3_min(all->lo, g->lo);
+    all->hi = lum_v3_max(all->hi, g->hi);
     all->to += g->to - g->from;
 }
 

@@ -240,11 +240,6 @@ static bool find_between(const float *at, uint32_t n, float x, uint32_t *ret_i, 
     return true;
 }
 
-static float lerp(float a, float b, float t)
-{
-    return a + (b - a) * t;
-}
-
 float lum_web_share(const struct lum_web *w, float c, float gamma)
 {
     uint32_t i, k;
@@ -260,7 +255,7 @@ float lum_web_share(const struct lum_web *w, float c, float gamma)
     if (!find_between(w->c, w->n_c, c, &i, &s))
         return 0.0f;
     const float *a = w->share + i * w->n_gamma + k, *b = a + w->n_gamma;
-    return lerp(lerp(a[0], a[1], t), lerp(b[0], b[1], t), s);
+    return lum_mix(lum_mix(a[0], a[1], t), lum_mix(b[0], b[1], t), s);
 }
 
 float lum_web_share_along(const struct lum_web *w, struct lum_vec3 d)

@@ -160,11 +160,6 @@ struct lum_ggx_row lum_ggx_row(float alpha)
     return (struct lum_ggx_row){n.i, n.w};
 }
 
-static float mix(float a, float b, float w)
-{
-    return a + (b - a) * w;
-}
-
 /* F = f0 + (f90 - f0) (1 - v.h)^5, so the albedo is f0 (a - b) + f90 b. */
 static struct lum_ggx_albedo from_ab(float a, float b)
 {
@@ -182,7 +177,7 @@ struct lum_ggx_albedo lum_ggx_albedo(struct lum_ggx_row row, float cos_o)
     const float(*lo)[2] = &albedo_table[row.i][n.i], (*hi)[2] = &albedo_table[row.i + 1][n.i];
     float ab[2];
     for (int k = 0; k < 2; k++)
-        ab[k] = mix(mix(lo[0][k], lo[1][k], n.w), mix(hi[0][k], hi[1][k], n.w), row.w);
+        ab[k] = lum_mix(lum_mix(lo[0][k], lo[1][k], n.w), lum_mix(hi[0][k], hi[1][k], n.w), row.w);
     return from_ab(ab[0], ab[1]);
 }
 
@@ -191,5 +186,5 @@ struct lum_ggx_albedo lum_ggx_albedo_mean(struct lum_ggx_row row)
     if (row.w < 0.0f)
         return from_ab(1.0f, 1.0f / 21.0f); /* 2 * integral of (1 - c)^5 c */
     const float *lo = mean_table[row.i], *hi = mean_table[row.i + 1];
-    return from_ab(mix(lo[0], hi[0], row.w), mix(lo[1], hi[1], row.w));
+    return from_ab(lum_mix(lo[0], hi[0], row.w), lum_mix(lo[1], hi[1], row.w));
 }

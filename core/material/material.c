@@ -12,14 +12,9 @@
  * |1 - eta|, would be wrong by more than LUM_ALPHA_MIN. */
 #define MATCHED_IOR 0x1p-12f
 
-static float clamp01(float x)
-{
-    return lum_clamp(x, 0.0f, 1.0f);
-}
-
 static struct lum_rgb clamp01_rgb(struct lum_rgb c)
 {
-    return lum_rgb(clamp01(c.r), clamp01(c.g), clamp01(c.b));
+    return lum_rgb(lum_clamp01(c.r), lum_clamp01(c.g), lum_clamp01(c.b));
 }
 
 static uint32_t clearcoat_bits(const struct lum_material *m)
@@ -150,12 +145,12 @@ struct lines {
 /* The texture's red and green are a direction, from which the material's turns on; none where they are level. */
 static struct lines lines_at(const struct lum_material *m, struct lum_vec2 uv)
 {
-    struct lines l = {clamp01(m->anisotropy), m->stretch};
+    struct lines l = {lum_clamp01(m->anisotropy), m->stretch};
     if (!m->anisotropy_tex.image)
         return l;
     struct lum_rgb c = lum_texture_sample(&m->anisotropy_tex, uv).rgb;
     float x = 2.0f * c.r - 1.0f, y = 2.0f * c.g - 1.0f, length = sqrtf(x * x + y * y);
-    l.strength *= clamp01(c.b);
+    l.strength *= lum_clamp01(c.b);
     if (length > 0x1p-7f) /* a step of a byte is as much */
         l.stretch = (struct lum_vec2){(m->stretch.x * x - m->stretch.y * y) / length,
                                       (m->stretch.y * x + m->stretch.x * y) / length};
@@ -203,8 +198,8 @@ static bool init_frame(struct lum_bsdf *b, const struct lum_material *m, const s
 static void add_clearcoat(struct lum_bsdf *b, const struct lum_material *m, const struct lum_surface *s,
                           struct lum_vec3 wo)
 {
-    float weight = clamp01(m->clearcoat * lum_texture_sample(&m->clearcoat_tex, s->uv).rgb.r);
-    float rough = clamp01(m->clearcoat_roughness * lum_texture_sample(&m->clearcoat_roughness_tex, s->uv).rgb.g);
+    float weight = lum_clamp01(m->clearcoat * lum_texture_sample(&m->clearcoat_tex, s->uv).rgb.r);
+    float rough = lum_clamp01(m->clearcoat_roughness * lum_texture_sample(&m->clearcoat_roughness_tex, s->uv).rgb.g);
     float alpha = rough * rough, least = m->clearcoat_roughness_tex.image ? LUM_ALPHA_MIN : 0.0f;
     struct lum_vec3 n = b->frame.n;
     if (!(weight > 0.0f))
@@ -251,15 +246,15 @@ static struct shares init_lobes(struct lum_bsdf *b, const struct lum_material *m
                                 const struct lum_surface *s)
 {
     struct lum_texel_value mr = lum_texture_sample(&m->metallic_roughness_tex, s->uv);
-    float metal = clamp01(m->metallic * mr.rgb.b), roughness = clamp01(m->roughness * mr.rgb.g);
-    float glass = (1.0f - metal) * clamp01(m->transmission), coated = 1.0f - metal - glass;
+    float metal = lum_clamp01(m->metallic * mr.rgb.b), roughness = lum_clamp01(m->roughness * mr.rgb.g);
+    float glass = (1.0f - metal) * lum_clamp01(m->transmission), coated = 1.0f - metal - glass;
     struct lum_rgb base = base_color(m, s->uv, s->vertex_color);
 
     init_roughness(b, m, lines, roughness * roughness);
 
     float ior = lum_max(m->ior, 1.0f), r = (ior - 1.0f) / (ior + 1.0f);
     bool matched = lum_ior_is_matched(ior);
-    float specular = matched ? 0.0f : clamp01(m->specular); /* matched: there is no interface, at grazing neither */
+    float specular = matched ? 0.0f : lum_clamp01(m->specular); /* matched: there is no interface, at grazing neither */
     b->thin = m->thin;
     b->straight = matched || ((m->thin || m->straight) && b->alpha == 0.0f);
     b->eta = matched ? 1.0f : s->backface && !m->thin && !b->straight ? ior : 1.0f / ior;
@@ -417,7 +412,7 @@ void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, cons
     struct shares shares = init_lobes(ret_bsdf, m, &lines, s);
     init_weights(ret_bsdf, &shares, wo);
     if (lum_rgb_max(m->sheen_color) > 0.0f)
-        lum_sheen_init(ret_bsdf, clamp01_rgb(m->sheen_color), clamp01(m->sheen_roughness), wo);
+        lum_sheen_init(ret_bsdf, clamp01_rgb(m->sheen_color), lum_clamp01(m->sheen_roughness), wo);
     if (m->clearcoat > 0.0f)
         add_clearcoat(ret_bsdf, m, s, wo);
 }

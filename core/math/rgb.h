@@ -28,6 +28,11 @@ static inline struct lum_rgb lum_rgb_div(struct lum_rgb a, struct lum_rgb b)
 {
     return lum_rgb(a.r / b.r, a.g / b.g, a.b / b.b);
 }
+/* Of each colour; 0 where b is not above it. */
+static inline struct lum_rgb lum_rgb_share(struct lum_rgb a, struct lum_rgb b)
+{
+    return lum_rgb(b.r > 0.0f ? a.r / b.r : 0.0f, b.g > 0.0f ? a.g / b.g : 0.0f, b.b > 0.0f ? a.b / b.b : 0.0f);
+}
 static inline struct lum_rgb lum_rgb_scale(struct lum_rgb a, float s)
 {
     return lum_rgb(a.r * s, a.g * s, a.b * s);

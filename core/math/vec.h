@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdbool.h>
+#include <stdint.h>
 
 #define LUM_PI 3.14159265358979323846f
 #define LUM_INV_PI 0.31830988618379067154f
@@ -34,6 +35,14 @@ static inline float lum_clamp(float x, float lo, float hi)
 {
     return lum_min(lum_max(x, lo), hi);
 }
+static inline float lum_clamp01(float x)
+{
+    return lum_clamp(x, 0.0f, 1.0f);
+}
+static inline float lum_mix(float a, float b, float t)
+{
+    return a + (b - a) * t;
+}
 
 static inline struct lum_vec3 lum_v3(float x, float y, float z)
 {
@@ -54,6 +63,22 @@ static inline struct lum_vec3 lum_v3_mul(struct lum_vec3 a, float s)
 static inline struct lum_vec3 lum_v3_neg(struct lum_vec3 a)
 {
     return lum_v3(-a.x, -a.y, -a.z);
+}
+static inline struct lum_vec3 lum_v3_min(struct lum_vec3 a, struct lum_vec3 b)
+{
+    return lum_v3(lum_min(a.x, b.x), lum_min(a.y, b.y), lum_min(a.z, b.z));
+}
+static inline struct lum_vec3 lum_v3_max(struct lum_vec3 a, struct lum_vec3 b)
+{
+    return lum_v3(lum_max(a.x, b.x), lum_max(a.y, b.y), lum_max(a.z, b.z));
+}
+static inline struct lum_vec3 lum_v3_abs(struct lum_vec3 a)
+{
+    return lum_v3(fabsf(a.x), fabsf(a.y), fabsf(a.z));
+}
+static inline float lum_v3_largest(struct lum_vec3 a)
+{
+    return lum_max(a.x, lum_max(a.y, a.z));
 }
 /* a + b * s */
 static inline struct lum_vec3 lum_v3_mad(struct lum_vec3 a, struct lum_vec3 b, float s)
@@ -78,7 +103,7 @@ static inline struct lum_vec3 lum_normalize(struct lum_vec3 a)
     float l2 = lum_dot(a, a);
     if (l2 > 0x1p-80f && l2 < 0x1p80f) /* no square of a component was lost that matters */
         return lum_v3_mul(a, 1.0f / sqrtf(l2));
-    float m = lum_max(fabsf(a.x), lum_max(fabsf(a.y), fabsf(a.z)));
+    float m = lum_v3_largest(lum_v3_abs(a));
     if (!(m > 0.0f) || !isfinite(m))
         return lum_v3(0.0f, 0.0f, 0.0f);
     a = lum_v3(a.x / m, a.y / m, a.z / m);
@@ -89,14 +114,13 @@ static inline bool lum_v3_finite(struct lum_vec3 a)
     return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
 }
 
-static inline double lum_v3d_length(struct lum_vec3d v)
+static inline bool lum_v3_same(struct lum_vec3 a, struct lum_vec3 b)
 {
-    return sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+    return a.x == b.x && a.y == b.y && a.z == b.z;
 }
-/* Of the cross product. */
-static inline double lum_v3d_cross_length(struct lum_vec3d a, struct lum_vec3d b)
+static inline float lum_v3_part(struct lum_vec3 a, uint32_t axis)
 {
-    return lum_v3d_length((struct lum_vec3d){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x});
+    return axis == 0 ? a.x : axis == 1 ? a.y : a.z;
 }
 
 /* Orthonormal frame around unit n (Duff et al. 2017): t, b, n right-handed. */

@@ -79,7 +79,7 @@ static bool walk_on(const struct lum_snapshot *s, uint32_t step, struct lum_rays
 
 enum lum_clearance lum_clearance_of(const struct lum_snapshot *s, struct lum_vec3 p, struct lum_vec3 n)
 {
-    if (!(fabsf(p.x) < LUM_RAY_LIMIT && fabsf(p.y) < LUM_RAY_LIMIT && fabsf(p.z) < LUM_RAY_LIMIT))
+    if (!lum_ray_can_start(p))
         return LUM_CLEARANCE_FAR;
     struct lum_rays rays = {.n = 0};
     struct lum_hits hits;

@@ -240,7 +240,7 @@ static bool is_counted(const struct lum_meter_place *at, const struct lum_light 
 static void check(struct lum_meter *m, uint32_t place)
 {
     struct lum_vec3 p = place_in_scene(m, place);
-    bool near = lum_max(lum_max(fabsf(p.x), fabsf(p.y)), fabsf(p.z)) < LUM_RAY_LIMIT;
+    bool near = lum_ray_can_start(p);
     struct knows *k = &m->knows[place];
     const struct lum_meter_place *at = &m->places[place];
     bool is_eye = at->kind == LUM_METER_EYE;

@@ -1,5 +1,6 @@
 #include "core/measure/sensor.h"
 
+#include "core/math/vec3d.h"
 #include "core/measure/gazes.h"
 
 #define GLARE_RAYS 64u    /* of a lamp, at most */
@@ -72,8 +73,7 @@ struct lum_vec3d lum_sensor_point(const struct lum_sensor *s, uint32_t i)
         return p;
     double u = ((double)(i % s->nu) + 0.5) / s->nu - 0.5,
            v = d->kind == LUM_SENSOR_GRID ? ((double)(i / s->nu) + 0.5) / s->nv - 0.5 : 0.0;
-    return (struct lum_vec3d){p.x + u * d->u.x + v * d->v.x, p.y + u * d->u.y + v * d->v.y,
-                              p.z + u * d->u.z + v * d->v.z};
+    return lum_v3d_mad(lum_v3d_mad(p, d->u, u), d->v, v);
 }
 
 struct lum_vec3 lum_sensor_direction(const struct lum_sensor *s, uint32_t direction)

@@ -8,17 +8,12 @@ static float of_colour(struct lum_rgb c, int k)
     return k == 0 ? c.r : k == 1 ? c.g : c.b;
 }
 
-static float depth(float sigma, float length)
-{
-    return sigma > 0.0f ? sigma * length : 0.0f;
-}
-
 /* How deep the scattering alone is, of one colour, up to t. */
 static float depth_to(const struct lum_collider *c, int k, float t)
 {
     float sum = 0.0f;
     for (uint32_t i = 0; i < c->on.n && c->on.t[i] < t; i++)
-        sum += depth(of_colour(c->on.sigma_s[i], k), lum_min(c->on.t[i + 1], t) - c->on.t[i]);
+        sum += lum_optical_depth(of_colour(c->on.sigma_s[i], k), lum_min(c->on.t[i + 1], t) - c->on.t[i]);
     return sum;
 }
 
@@ -97,7 +92,7 @@ bool lum_collider_sample(const struct lum_collider *c, struct lum_vec2 u, struct
     /* Depth at which it is scattered; about in the middle of u's step, not 0, and not endless. */
     float left = -log1pf(-lum_min(u.y + 0x1p-25f, 0x1.fffffep-1f));
     for (uint32_t i = 0; i < c->on.n; i++) {
-        float sigma = of_colour(c->on.sigma_s[i], k), whole = depth(sigma, c->on.t[i + 1] - c->on.t[i]);
+        float sigma = of_colour(c->on.sigma_s[i], k), whole = lum_optical_depth(sigma, c->on.t[i + 1] - c->on.t[i]);
         if (!(left < whole)) {
             left -= whole;
             continue;

@@ -26,12 +26,6 @@ bool lum_medium_clip(const struct lum_medium *m, struct lum_vec3 o, struct lum_v
     return true;
 }
 
-/* Infinitely far through what does not dim in this channel is no depth. */
-static float depth(float sigma, float length)
-{
-    return sigma > 0.0f ? sigma * length : 0.0f;
-}
-
 struct lum_rgb lum_media_transmittance(const struct lum_snapshot *s, struct lum_vec3 o, struct lum_vec3 d, float tmax)
 {
     struct lum_rgb tau = lum_grey(0.0f);
@@ -40,9 +34,9 @@ struct lum_rgb lum_media_transmittance(const struct lum_snapshot *s, struct lum_
         float t0, t1;
         if (!lum_medium_clip(m, o, d, tmax, &t0, &t1))
             continue;
-        tau.r += depth(m->sigma_t.r, t1 - t0);
-        tau.g += depth(m->sigma_t.g, t1 - t0);
-        tau.b += depth(m->sigma_t.b, t1 - t0);
+        tau.r += lum_optical_depth(m->sigma_t.r, t1 - t0);
+        tau.g += lum_optical_depth(m->sigma_t.g, t1 - t0);
+        tau.b += lum_optical_depth(m->sigma_t.b, t1 - t0);
     }
     float r = expf(-tau.r), g = tau.g == tau.r ? r : expf(-tau.g); /* most fog is grey */
     return lum_rgb(r, g, tau.b == tau.g ? g : expf(-tau.b));

@@ -35,6 +35,11 @@ struct lum_medium {
 bool lum_medium_clip(const struct lum_medium *m, struct lum_vec3 o, struct lum_vec3 d, float tmax, float *ret_t0,
                      float *ret_t1);
 
+/* Infinitely far through what does not dim in this colour is no depth. */
+static inline float lum_optical_depth(float sigma, float length)
+{
+    return sigma > 0.0f ? sigma * length : 0.0f;
+}
 /* What is left of light after the segment o + t d, 0 <= t <= tmax, d unit, through all media of the snapshot. Exactly 1
  * on a segment that meets none, 0 after an infinite one in a medium that dims. */
 struct lum_rgb lum_media_transmittance(const struct lum_snapshot *s, struct lum_vec3 o, struct lum_vec3 d, float tmax);

@@ -117,11 +117,6 @@ static float mixture_pdf(const struct mixture *x, float t)
 /* No ray reaches farther: between two points within LUM_RAY_LIMIT there are at most 3.5e8. */
 #define REACH 0x1p29f
 
-static bool in_reach(struct lum_vec3 p)
-{
-    return lum_max(fabsf(p.x), lum_max(fabsf(p.y), fabsf(p.z))) <= LUM_RAY_LIMIT;
-}
-
 bool lum_medium_scatter(const struct lum_scatter_query *q, struct lum_vec2 u_distance, struct lum_vec2 u_light,
                         struct lum_scatter *ret_scatter)
 {
@@ -154,7 +149,7 @@ bool lum_medium_scatter_at(const struct lum_scatter_query *q, float t, float pdf
     const struct lum_medium *m = &q->snapshot->media[q->medium];
     struct lum_scatter s = {.p = lum_v3_mad(q->o, q->d, t), .t = t};
     struct lum_light_sample ls;
-    if (!(pdf > 0.0f) || !in_reach(s.p) || !lum_light_sample_at(q->snapshot, q->light, s.p, u_light, &ls))
+    if (!(pdf > 0.0f) || !lum_ray_can_start(s.p) || !lum_light_sample_at(q->snapshot, q->light, s.p, u_light, &ls))
         return false;
     s.wi = ls.wi;
     s.distance = ls.distance;
@@ -250,7 +245,7 @@ void lum_medium_scatter_points(const struct lum_scatter_query *q, uint32_t n, co
         struct lum_vec3 p = {at.x[k], at.y[k], at.z[k]}, wi = {at.wx[k], at.wy[k], at.wz[k]};
         float share = at.way[k] > 0.0f ? l->falloff->share(l, wi) : 0.0f;
         ret_radiance[k] = lum_grey(0.0f);
-        if (!(pdf[k] > 0.0f) || !(share > 0.0f) || !in_reach(p))
+        if (!(pdf[k] > 0.0f) || !(share > 0.0f) || !lum_ray_can_start(p))
             continue;
         float near = lum_max(at.way[k], LUM_POINT_LIGHT_NEAR);
         float f = share / (near * near) * lum_phase_hg(m->g, lum_dot(wi, q->d)) / pdf[k];

@@ -3,18 +3,9 @@
 #include "core/pass/eye.h"
 
 #include "core/accel/trace.h"
+#include "core/math/vec3d.h"
 
 #define PI 3.14159265358979323846
-
-static struct lum_vec3d sub(struct lum_vec3d a, struct lum_vec3d b)
-{
-    return (struct lum_vec3d){a.x - b.x, a.y - b.y, a.z - b.z};
-}
-
-static struct lum_vec3d cross(struct lum_vec3d a, struct lum_vec3d b)
-{
-    return (struct lum_vec3d){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 
 /* False for a vector without direction. Scaled first, as lum_normalize. */
 static bool unit(struct lum_vec3d *v)
@@ -41,20 +32,21 @@ static bool finite3(struct lum_vec3d v)
 static enum lum_status look(const struct lum_camera *camera, struct lum_vec3d *ret_right, struct lum_vec3d *ret_up,
                             struct lum_vec3d *ret_forward, struct lum_error *err)
 {
-    struct lum_vec3d forward = sub(camera->target, camera->position), up = camera->up, right = {0};
+    struct lum_vec3d forward = lum_v3d_sub(camera->target, camera->position), up = camera->up, right = {0};
     if (!unit(&forward))
         return lum_fail(err, LUM_ERR_INVALID, "target", "the camera's target must differ from its position");
     bool upright = unit(&up);
     if (upright)
-        right = cross(forward, up);
+        right = lum_v3d_cross(forward, up);
     /* Looking along up: any other axis serves. sin of the angle below 1e-9 is rounding of unit vectors. */
     if (!(right.x * right.x + right.y * right.y + right.z * right.z > 1e-18))
-        right = cross(forward, fabs(forward.y) < 0.9 ? (struct lum_vec3d){0, 1, 0} : (struct lum_vec3d){0, 0, -1});
+        right =
+            lum_v3d_cross(forward, fabs(forward.y) < 0.9 ? (struct lum_vec3d){0, 1, 0} : (struct lum_vec3d){0, 0, -1});
     if (!unit(&right))
         return lum_fail(err, LUM_ERR_INVALID, "up", "the camera's up must not be zero");
     *ret_right = right;
-    *ret_up = camera->panorama && upright ? up : cross(right, forward);
-    *ret_forward = camera->panorama ? cross(*ret_up, right) : forward;
+    *ret_up = camera->panorama && upright ? up : lum_v3d_cross(right, forward);
+    *ret_forward = camera->panorama ? lum_v3d_cross(*ret_up, right) : forward;
     return LUM_OK;
 }
 
@@ -69,8 +61,8 @@ enum lum_status lum_eye_init(struct lum_eye *ret_eye, const struct lum_camera *c
     enum lum_status status = look(camera, &right, &up, &forward, err);
     if (status != LUM_OK)
         return status;
-    struct lum_vec3d o = sub(camera->position, norm->centre);
-    o = (struct lum_vec3d){o.x * norm->scale, o.y * norm->scale, o.z * norm->scale};
+    struct lum_vec3d o = lum_v3d_sub(camera->position, norm->centre);
+    o = lum_v3d_mul(o, norm->scale);
     if (!(fmax(fabs(o.x), fmax(fabs(o.y), fabs(o.z))) < (double)LUM_RAY_LIMIT))
         return lum_fail(err, LUM_ERR_INVALID, "position", "the camera is too far from the scene");
     *ret_eye = (struct lum_eye){

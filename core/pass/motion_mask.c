@@ -1,7 +1,5 @@
 #include "core/pass/pass.h"
 
-#define NOWHERE ((struct lum_bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}})
-
 void lum_motion_mask_finish(struct lum_motion_mask *motion_mask)
 {
     lum_snapshot_unref(motion_mask->snapshot);
@@ -57,7 +55,7 @@ static float reach_of(const struct lum_motion *motion, struct lum_vec3 eye)
     float reach = 0.0f;
     for (uint32_t i = 0; i < motion->n; i++) {
         const struct lum_mover *m = &motion->movers[i];
-        const struct lum_vec3 corners[4] = {m->old_lo, m->old_hi, m->new_lo, m->new_hi};
+        const struct lum_vec3 corners[4] = {m->old_box.lo, m->old_box.hi, m->new_box.lo, m->new_box.hi};
         for (int k = 0; k < 4; k++) {
             struct lum_vec3 d = lum_v3_sub(corners[k], eye);
             reach = lum_max(reach, fabsf(d.x) + fabsf(d.y) + fabsf(d.z));
@@ -70,7 +68,7 @@ static void look_at_block(struct lum_motion_mask *motion_mask, const struct lum_
                           const struct lum_surfaces *surfaces, uint32_t block)
 {
     struct lum_tile_rect r = lum_tile_at(&motion_mask->blocks, block);
-    struct lum_bounds seen = NOWHERE;
+    struct lum_bounds seen = LUM_BOUNDS_EMPTY;
     motion_mask->background[block] = 0;
     for (uint32_t i = 0; i < r.w * r.h; i++) {
         size_t pixel = (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w;
@@ -105,7 +103,7 @@ static void find_block(struct lum_motion_mask *motion_mask, const struct lum_pas
 static void find_tile(struct lum_motion_mask *motion_mask, const struct lum_pass *pass, uint32_t tile, float reach)
 {
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
-    struct lum_bounds eye = {pass->eye.o, pass->eye.o}, ends = NOWHERE;
+    struct lum_bounds eye = {pass->eye.o, pass->eye.o}, ends = LUM_BOUNDS_EMPTY;
     for (uint32_t k = 0; k < 4; k++) {
         float x = k % 2 ? (float)(r.x + r.w) + 1.0f : (float)r.x - 1.0f;
         float y = k / 2 ? (float)(r.y + r.h) + 1.0f : (float)r.y - 1.0f;
@@ -174,17 +172,14 @@ bool lum_motion_mask_around_tile(const struct lum_motion_mask *motion_mask, cons
 static bool tile_seen(const struct lum_motion_mask *motion_mask, const struct lum_tile_rect *r,
                       struct lum_bounds *ret_box)
 {
-    *ret_box = (struct lum_bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    *ret_box = LUM_BOUNDS_EMPTY;
     for (uint32_t y = r->y; y < r->y + r->h; y += LUM_MOTION_BLOCK_SIDE)
         for (uint32_t x = r->x; x < r->x + r->w; x += LUM_MOTION_BLOCK_SIDE) {
             uint32_t block = y / LUM_MOTION_BLOCK_SIDE * motion_mask->blocks.nx + x / LUM_MOTION_BLOCK_SIDE;
             const struct lum_bounds *seen = &motion_mask->seen[block];
-            if (!(seen->lo.x <= seen->hi.x))
-                continue;
-            lum_bounds_grow(ret_box, seen->lo);
-            lum_bounds_grow(ret_box, seen->hi);
+            *ret_box = lum_bounds_join(ret_box, seen);
         }
-    return ret_box->lo.x <= ret_box->hi.x;
+    return !lum_bounds_empty(ret_box);
 }
 
 bool lum_motion_mask_between(const struct lum_motion_mask *motion_mask, const struct lum_tiling *tiling, uint32_t tile,
@@ -197,9 +192,9 @@ bool lum_motion_mask_between(const struct lum_motion_mask *motion_mask, const st
 }
 
 /* Boxes meet where the latter is three times as large each way. */
-static bool is_near(const struct lum_bounds *a, struct lum_vec3 lo, struct lum_vec3 hi)
+static bool is_near(const struct lum_bounds *a, const struct lum_bounds *b)
 {
-    struct lum_vec3 by = lum_v3_sub(hi, lo);
+    struct lum_vec3 lo = b->lo, hi = b->hi, by = lum_v3_sub(hi, lo);
     return lo.x <= hi.x && a->lo.x <= hi.x + by.x && a->hi.x >= lo.x - by.x && a->lo.y <= hi.y + by.y &&
            a->hi.y >= lo.y - by.y && a->lo.z <= hi.z + by.z && a->hi.z >= lo.z - by.z;
 }
@@ -215,7 +210,7 @@ bool lum_motion_mask_near_tile(const struct lum_motion_mask *motion_mask, const 
         return false;
     for (uint32_t i = 0; i < motion_mask->motion.n; i++) {
         const struct lum_mover *m = &motion_mask->motion.movers[i];
-        if (is_near(&seen, m->old_lo, m->old_hi) || is_near(&seen, m->new_lo, m->new_hi))
+        if (is_near(&seen, &m->old_box) || is_near(&seen, &m->new_box))
             return true;
     }
     return false;

@@ -2,11 +2,6 @@
 
 #include "core/trace/stale.h"
 
-static uint32_t bit_if(bool changed, enum lum_edit_kind edit)
-{
-    return changed ? LUM_EDIT_BIT(edit) : 0;
-}
-
 bool lum_camera_equal(const struct lum_camera *a, const struct lum_camera *b)
 {
     return a->position.x == b->position.x && a->position.y == b->position.y && a->position.z == b->position.z &&
@@ -22,11 +17,11 @@ uint32_t lum_edits_of_settings(const struct lum_view_settings *a, const struct l
                        a->layers_bytes == b->layers_bytes;
     bool same_cache =
         a->storage == b->storage && a->cache_accuracy == b->cache_accuracy && a->deterministic == b->deterministic;
-    return bit_if(!same_eye, LUM_EDIT_CAMERA) | bit_if(!same_method, LUM_EDIT_METHOD) |
-           bit_if(a->max_depth != b->max_depth, LUM_EDIT_DEPTH) |
-           bit_if(a->shadow_samples != b->shadow_samples, LUM_EDIT_SHADOW_SAMPLES) |
-           bit_if(a->n_vpls != b->n_vpls, LUM_EDIT_VPLS) | bit_if(!same_cache, LUM_EDIT_CACHE) |
-           bit_if(a->illuminance != b->illuminance, LUM_EDIT_QUANTITY);
+    return lum_edit_if(!same_eye, LUM_EDIT_CAMERA) | lum_edit_if(!same_method, LUM_EDIT_METHOD) |
+           lum_edit_if(a->max_depth != b->max_depth, LUM_EDIT_DEPTH) |
+           lum_edit_if(a->shadow_samples != b->shadow_samples, LUM_EDIT_SHADOW_SAMPLES) |
+           lum_edit_if(a->n_vpls != b->n_vpls, LUM_EDIT_VPLS) | lum_edit_if(!same_cache, LUM_EDIT_CACHE) |
+           lum_edit_if(a->illuminance != b->illuminance, LUM_EDIT_QUANTITY);
 }
 
 bool lum_view_same_picture(const struct lum_view_settings *a, const struct lum_view_settings *b)

@@ -98,11 +98,6 @@ static struct memory *memory_at(const struct lum_path_guide *g, uint32_t i)
     return &g->block[i / BLOCK]->memory[i % BLOCK];
 }
 
-static float component(struct lum_vec3 v, uint32_t axis)
-{
-    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-}
-
 static uint32_t longest(struct lum_vec3 v)
 {
     float x = fabsf(v.x), y = fabsf(v.y), z = fabsf(v.z);
@@ -113,7 +108,7 @@ struct lum_path_guide_locate lum_path_guide_find(const struct lum_path_guide *g,
                                                  const struct lum_bsdf *b)
 {
     uint32_t axis = longest(b->frame.n);
-    const struct node *node = &g->nodes[2 * axis + (component(b->frame.n, axis) < 0.0f)];
+    const struct node *node = &g->nodes[2 * axis + (lum_v3_part(b->frame.n, axis) < 0.0f)];
     const float at[3] = {p.x, p.y, p.z};
     while (node->axis < 3)
         node = &g->nodes[node->child + !(at[node->axis] < node->split)];
@@ -145,7 +140,7 @@ static bool halve(struct lum_path_guide *g, uint32_t leaf)
         lower->sum[b] *= 0.5f;
     *upper = *lower; /* nothing is heard meanwhile */
     uint32_t axis = longest(lum_v3_sub(lower->box.hi, lower->box.lo));
-    float split = 0.5f * (component(lower->box.lo, axis) + component(lower->box.hi, axis));
+    float split = 0.5f * (lum_v3_part(lower->box.lo, axis) + lum_v3_part(lower->box.hi, axis));
     float *hi[3] = {&lower->box.hi.x, &lower->box.hi.y, &lower->box.hi.z};
     float *lo[3] = {&upper->box.lo.x, &upper->box.lo.y, &upper->box.lo.z};
     *hi[axis] = *lo[axis] = split;

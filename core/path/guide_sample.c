@@ -20,7 +20,7 @@ static struct on_cube project(struct lum_vec3 d)
 {
     float x = fabsf(d.x), y = fabsf(d.y), z = fabsf(d.z), w, u, v;
     uint32_t axis = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
-    w = axis == 0 ? d.x : axis == 1 ? d.y : d.z;
+    w = lum_v3_part(d, axis);
     u = axis == 0 ? d.y : axis == 1 ? d.z : d.x;
     v = axis == 0 ? d.z : axis == 1 ? d.x : d.y;
     float s = 1.0f / fabsf(w);

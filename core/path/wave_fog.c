@@ -118,7 +118,7 @@ void lum_wave_scatter_in_fog(struct lum_wave *w, uint32_t i, uint32_t depth)
     float tmax = w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i];
     float g = w->snapshot->media[fog->hit.medium].g;
     struct lum_vec3 p = lum_v3_mad(o, d, before_end(fog->hit.t, tmax));
-    if (!(lum_max(fabsf(p.x), lum_max(fabsf(p.y), fabsf(p.z))) <= LUM_RAY_LIMIT))
+    if (!lum_ray_can_start(p))
         return; /* nobody sees that far */
     path.throughput = lum_rgb_mul(fog->throughput, fog->hit.weight);
     path.effect = lum_path_effect(&path, LUM_EFFECT_SCATTERING);

@@ -63,7 +63,7 @@ enum lum_status lum_probing_create(const struct lum_snapshot *snapshot, struct l
 {
     struct lum_vec3 p = lum_world_to_scene(&snapshot->norm, point_world);
     struct lum_vec3 n = lum_normalize(normal);
-    if (!(fabsf(p.x) < LUM_RAY_LIMIT && fabsf(p.y) < LUM_RAY_LIMIT && fabsf(p.z) < LUM_RAY_LIMIT))
+    if (!lum_ray_can_start(p))
         return lum_fail(err, LUM_ERR_INVALID, "point", "the point must be finite and near the scene");
     if (!(lum_dot(n, n) > 0.0f))
         return lum_fail(err, LUM_ERR_INVALID, "normal", "the normal must be finite and not zero");

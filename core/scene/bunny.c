@@ -6,6 +6,8 @@
  * high, y = 0 the floor, +z to the front. */
 #include "core/scene/shape_grid.h"
 
+#include "core/math/vec3d.h"
+
 /* 160 cells: 0.3 million triangles, and 20 MB while they are made. */
 #define CELLS_MAX 160u
 /* At most, for the square of the cells along its height: its surface does not change. */
@@ -37,7 +39,7 @@ static const double box_lo[3] = {-0.32, -0.04, -0.53}, box_hi[3] = {0.32, 1.10, 
 
 static struct lum_vec3d to_part(const struct part *part, struct lum_vec3d p)
 {
-    struct lum_vec3d q = {p.x - part->centre.x, p.y - part->centre.y, p.z - part->centre.z};
+    struct lum_vec3d q = lum_v3d_sub(p, part->centre);
     double c = cos(part->tilt_z), s = sin(part->tilt_z);
     q = (struct lum_vec3d){c * q.x + s * q.y, c * q.y - s * q.x, q.z};
     c = cos(part->tilt_x);

@@ -3,6 +3,7 @@
 #include "core/light/emitter.h"
 #include "core/light/web.h"
 
+#include "core/math/vec3d.h"
 #include "core/scene/tables.h"
 
 /* ---- vectors ---- */
@@ -73,8 +74,8 @@ static enum lum_status check_web(const struct lum_light_desc *d, struct lum_erro
     if (!d->web)
         return lum_fail(err, LUM_ERR_INVALID, "web", "an ies light needs a web");
     enum lum_status status = lum_check_vec("u", d->u, LUM_LENGTH_MAX, err);
-    if (status == LUM_OK &&
-        !(lum_v3d_cross_length(d->u, d->direction) > 1e-6 * lum_v3d_length(d->u) * lum_v3d_length(d->direction)))
+    if (status == LUM_OK && !(lum_v3d_length(lum_v3d_cross(d->u, d->direction)) >
+                              1e-6 * lum_v3d_length(d->u) * lum_v3d_length(d->direction)))
         return lum_fail(err, LUM_ERR_INVALID, "u", "must not be along the direction");
     if (status == LUM_OK && (unsigned)d->opening > LUM_OPENING_DISC)
         return lum_fail(err, LUM_ERR_INVALID, "opening", "is not a kind of opening");
@@ -111,11 +112,9 @@ static void open_up(const struct lum_light_desc *d, double scale, struct lum_vec
 static void resolve_web(const struct lum_light_desc *d, double scale, struct lum_light *l)
 {
     struct lum_vec3d n = d->direction, u = d->u;
-    double share = (u.x * n.x + u.y * n.y + u.z * n.z) / (n.x * n.x + n.y * n.y + n.z * n.z);
-    struct lum_vec3d across = {u.x - share * n.x, u.y - share * n.y, u.z - share * n.z};
     l->web = d->web;
     l->web_hash = d->web->hash;
-    struct lum_vec3 c0 = unit(across);
+    struct lum_vec3 c0 = unit(lum_v3d_mad(u, n, -lum_v3d_dot(u, n) / lum_v3d_dot(n, n)));
     l->frame = lum_web_frame(d->web->type, l->n, c0);
     open_up(d, scale, c0, l);
 }
@@ -141,14 +140,15 @@ static enum lum_status check_edges(const struct lum_light_desc *d, struct lum_er
     if (status == LUM_OK)
         status = lum_check_vec("v", d->v, LUM_LENGTH_MAX, err);
     /* the sine of the angle between the edges: below, the area and the normal are mostly rounding */
-    if (status == LUM_OK && !(lum_v3d_cross_length(d->u, d->v) > 1e-6 * lum_v3d_length(d->u) * lum_v3d_length(d->v)))
+    if (status == LUM_OK &&
+        !(lum_v3d_length(lum_v3d_cross(d->u, d->v)) > 1e-6 * lum_v3d_length(d->u) * lum_v3d_length(d->v)))
         return lum_fail(err, LUM_ERR_INVALID, "u", "u and v must span an area");
     return status;
 }
 
 static double flux_of_quad(const struct lum_light_desc *d)
 {
-    return LUM_PI_D * lum_v3d_cross_length(d->u, d->v);
+    return LUM_PI_D * lum_v3d_length(lum_v3d_cross(d->u, d->v));
 }
 
 static struct lum_vec3d half_quad(const struct lum_light_desc *d)
@@ -159,9 +159,7 @@ static struct lum_vec3d half_quad(const struct lum_light_desc *d)
 
 static void resolve_quad(const struct lum_light_desc *d, double scale, struct lum_light *l)
 {
-    struct lum_vec3d n = {d->u.y * d->v.z - d->u.z * d->v.y, d->u.z * d->v.x - d->u.x * d->v.z,
-                          d->u.x * d->v.y - d->u.y * d->v.x};
-    l->n = unit(n);
+    l->n = unit(lum_v3d_cross(d->u, d->v));
     l->u = vector_to_scene(d->u, 0.5 * scale);
     l->v = vector_to_scene(d->v, 0.5 * scale);
     l->area = 4.0f * lum_length(lum_cross(l->u, l->v));

@@ -250,8 +250,7 @@ enum lum_status lum_resolve_lights(const struct lum_light_input *in, struct lum_
         struct lum_bounds shape = lum_shape_bounds(&part->shapes[i]);
         if (part->items[part->shape_lights[i]].kind->from_afar)
             continue;
-        lum_bounds_grow(&bounds, shape.lo);
-        lum_bounds_grow(&bounds, shape.hi);
+        bounds = lum_bounds_join(&bounds, &shape);
     }
     part->bounds = bounds;
     if (!build_tree(part, in->instances->items)) {

@@ -8,6 +8,7 @@
 #include <float.h>
 #include <string.h>
 
+#include "core/math/vec3d.h"
 #include "core/scene/parts.h"
 
 /* What one put works on. */
@@ -55,9 +56,8 @@ static bool in_range(struct lum_vec3d p)
 /* Largest component of cross(b - a, c - a): zero for a triangle without area. */
 static double cross_magnitude(const struct lum_vec3d p[3])
 {
-    struct lum_vec3d e = {p[1].x - p[0].x, p[1].y - p[0].y, p[1].z - p[0].z};
-    struct lum_vec3d f = {p[2].x - p[0].x, p[2].y - p[0].y, p[2].z - p[0].z};
-    return fmax(fabs(e.y * f.z - e.z * f.y), fmax(fabs(e.z * f.x - e.x * f.z), fabs(e.x * f.y - e.y * f.x)));
+    struct lum_vec3d c = lum_v3d_cross(lum_v3d_sub(p[1], p[0]), lum_v3d_sub(p[2], p[0]));
+    return fmax(fabs(c.x), fmax(fabs(c.y), fabs(c.z)));
 }
 
 /* A deforming mesh keeps triangles that have no area in this pose: they may open in the next. */

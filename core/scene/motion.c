@@ -11,8 +11,6 @@
 #include "core/math/sampler.h"
 #include "core/scene/parts.h"
 
-#define NOWHERE ((struct lum_bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}})
-
 /* Objects are numbered as in struct lum_hits: instances, then emitter shapes. */
 static const struct lum_accel_shape *shape_of(const struct lum_snapshot *s, uint32_t object)
 {
@@ -52,51 +50,39 @@ static bool same_object(const struct lum_snapshot *a, uint32_t i, const struct l
            lum_material_passes_same(&a->materials[x->material], &b->materials[y->material]);
 }
 
-/* NOWHERE grows nothing. */
-static struct lum_bounds box_around(struct lum_vec3 lo, struct lum_vec3 hi, struct lum_vec3 lo2, struct lum_vec3 hi2)
-{
-    return (struct lum_bounds){lum_v3(lum_min(lo.x, lo2.x), lum_min(lo.y, lo2.y), lum_min(lo.z, lo2.z)),
-                               lum_v3(lum_max(hi.x, hi2.x), lum_max(hi.y, hi2.y), lum_max(hi.z, hi2.z))};
-}
-
 /* Half the surface: segments that cross the scene at random meet the box in proportion. */
-static float area_of(struct lum_vec3 lo, struct lum_vec3 hi)
+static float area_of(const struct lum_bounds *b)
 {
-    struct lum_vec3 d = lum_v3_sub(hi, lo);
-    return lo.x <= hi.x ? d.x * d.y + d.y * d.z + d.z * d.x : 0.0f;
+    struct lum_vec3 d = lum_v3_sub(b->hi, b->lo);
+    return lum_bounds_empty(b) ? 0.0f : d.x * d.y + d.y * d.z + d.z * d.x;
 }
 
 /* Two movers as one. */
 static struct lum_mover merged(const struct lum_mover *a, const struct lum_mover *b)
 {
-    struct lum_bounds before = box_around(a->old_lo, a->old_hi, b->old_lo, b->old_hi);
-    struct lum_bounds now = box_around(a->new_lo, a->new_hi, b->new_lo, b->new_hi);
     return (struct lum_mover){
         .n_objects = a->n_objects + b->n_objects,
         .before = LUM_NO_OBJECT,
         .now = LUM_NO_OBJECT,
-        .old_lo = before.lo,
-        .old_hi = before.hi,
-        .new_lo = now.lo,
-        .new_hi = now.hi,
+        .old_box = lum_bounds_join(&a->old_box, &b->old_box),
+        .new_box = lum_bounds_join(&a->new_box, &b->new_box),
     };
 }
 
 static float area_of_both(const struct lum_mover *m)
 {
-    return area_of(m->old_lo, m->old_hi) + area_of(m->new_lo, m->new_hi);
+    return area_of(&m->old_box) + area_of(&m->new_box);
 }
 
-/* NOWHERE grows nothing. */
 static void enclose(struct lum_bounds *around, const struct lum_mover *m)
 {
-    *around = box_around(around->lo, around->hi, m->old_lo, m->old_hi);
-    *around = box_around(around->lo, around->hi, m->new_lo, m->new_hi);
+    *around = lum_bounds_join(around, &m->old_box);
+    *around = lum_bounds_join(around, &m->new_box);
 }
 
 void lum_motion_enclose(struct lum_motion *motion)
 {
-    motion->around = NOWHERE;
+    motion->around = LUM_BOUNDS_EMPTY;
     for (uint32_t i = 0; i < motion->n; i++)
         enclose(&motion->around, &motion->movers[i]);
 }
@@ -132,18 +118,14 @@ bool lum_motion_is_merged(const struct lum_motion *motion)
 static void add_object(struct lum_motion *motion, const struct lum_snapshot *before, uint32_t i,
                        const struct lum_snapshot *now, uint32_t j)
 {
-    struct lum_bounds old_box = i == LUM_NO_OBJECT ? NOWHERE : object_box(before, i);
-    struct lum_bounds new_box = j == LUM_NO_OBJECT ? NOWHERE : object_box(now, j);
     motion->renumbers |= i == LUM_NO_OBJECT || j == LUM_NO_OBJECT;
     lum_motion_add(motion, &(struct lum_mover){
                                .n_objects = 1,
                                .object = lum_hash64_text(i == LUM_NO_OBJECT ? object_id(now, j) : object_id(before, i)),
                                .before = i,
                                .now = j,
-                               .old_lo = old_box.lo,
-                               .old_hi = old_box.hi,
-                               .new_lo = new_box.lo,
-                               .new_hi = new_box.hi,
+                               .old_box = i == LUM_NO_OBJECT ? LUM_BOUNDS_EMPTY : object_box(before, i),
+                               .new_box = j == LUM_NO_OBJECT ? LUM_BOUNDS_EMPTY : object_box(now, j),
                            });
 }
 
@@ -172,7 +154,7 @@ void lum_motion_between(const struct lum_snapshot *before, const struct lum_snap
 {
     ret_motion->n = 0;
     ret_motion->renumbers = false;
-    ret_motion->around = NOWHERE;
+    ret_motion->around = LUM_BOUNDS_EMPTY;
     ret_motion->everything = !lum_normalisation_equal(&before->norm, &now->norm);
     if (ret_motion->everything)
         return;
@@ -196,8 +178,7 @@ bool lum_motion_moves(const struct lum_motion *motion, uint32_t object, const st
 {
     for (uint32_t i = 0; i < motion->n; i++) {
         const struct lum_mover *m = &motion->movers[i];
-        bool within = box->lo.x >= m->new_lo.x && box->lo.y >= m->new_lo.y && box->lo.z >= m->new_lo.z &&
-                      box->hi.x <= m->new_hi.x && box->hi.y <= m->new_hi.y && box->hi.z <= m->new_hi.z;
+        bool within = lum_bounds_hold(&m->new_box, box->lo) && lum_bounds_hold(&m->new_box, box->hi);
         if (m->n_objects > 1 ? within : m->now == object)
             return true;
     }
@@ -208,8 +189,7 @@ bool lum_motion_carries(const struct lum_motion *motion, uint64_t object, struct
 {
     for (uint32_t i = 0; i < motion->n; i++) {
         const struct lum_mover *m = &motion->movers[i];
-        if (m->n_objects > 1 && p.x >= m->old_lo.x && p.y >= m->old_lo.y && p.z >= m->old_lo.z && p.x <= m->old_hi.x &&
-            p.y <= m->old_hi.y && p.z <= m->old_hi.z)
+        if (m->n_objects > 1 && lum_bounds_hold(&m->old_box, p))
             return true;
     }
     return lum_motion_has(motion, object);
@@ -217,12 +197,12 @@ bool lum_motion_carries(const struct lum_motion *motion, uint64_t object, struct
 
 /* Separating axes (Gottschalk 1996): the box's own three, and those across the segment and an edge. No division; what
  * is rounded is far below the padding of the boxes. mid, half: of the segment. */
-static bool segment_meets(struct lum_vec3 mid, struct lum_vec3 half, struct lum_vec3 lo, struct lum_vec3 hi)
+static bool segment_meets(struct lum_vec3 mid, struct lum_vec3 half, const struct lum_bounds *b)
 {
-    if (!(lo.x <= hi.x))
+    if (lum_bounds_empty(b))
         return false;
-    struct lum_vec3 c = lum_v3_sub(mid, lum_v3_mul(lum_v3_add(lo, hi), 0.5f)), e = lum_v3_mul(lum_v3_sub(hi, lo), 0.5f);
-    struct lum_vec3 d = lum_v3(fabsf(half.x), fabsf(half.y), fabsf(half.z));
+    struct lum_vec3 c = lum_v3_sub(mid, lum_v3_mul(lum_v3_add(b->lo, b->hi), 0.5f));
+    struct lum_vec3 e = lum_v3_mul(lum_v3_sub(b->hi, b->lo), 0.5f), d = lum_v3_abs(half);
     return fabsf(c.x) <= e.x + d.x && fabsf(c.y) <= e.y + d.y && fabsf(c.z) <= e.z + d.z &&
            fabsf(c.y * half.z - c.z * half.y) <= e.y * d.z + e.z * d.y &&
            fabsf(c.z * half.x - c.x * half.z) <= e.z * d.x + e.x * d.z &&
@@ -232,11 +212,11 @@ static bool segment_meets(struct lum_vec3 mid, struct lum_vec3 half, struct lum_
 bool lum_motion_meets(const struct lum_motion *motion, struct lum_vec3 a, struct lum_vec3 b)
 {
     struct lum_vec3 mid = lum_v3_mul(lum_v3_add(a, b), 0.5f), half = lum_v3_mul(lum_v3_sub(b, a), 0.5f);
-    if (!segment_meets(mid, half, motion->around.lo, motion->around.hi)) /* as of most */
+    if (!segment_meets(mid, half, &motion->around)) /* as of most */
         return motion->everything;
     for (uint32_t i = 0; i < motion->n; i++) {
         const struct lum_mover *m = &motion->movers[i];
-        if (segment_meets(mid, half, m->old_lo, m->old_hi) || segment_meets(mid, half, m->new_lo, m->new_hi))
+        if (segment_meets(mid, half, &m->old_box) || segment_meets(mid, half, &m->new_box))
             return true;
     }
     return motion->everything;
@@ -246,17 +226,18 @@ bool lum_motion_met(const struct lum_motion *motion, struct lum_vec3 a, struct l
 {
     struct lum_vec3 mid = lum_v3_mul(lum_v3_add(a, b), 0.5f), half = lum_v3_mul(lum_v3_sub(b, a), 0.5f);
     for (uint32_t i = 0; i < motion->n; i++)
-        if (segment_meets(mid, half, motion->movers[i].old_lo, motion->movers[i].old_hi))
+        if (segment_meets(mid, half, &motion->movers[i].old_box))
             return true;
     return motion->everything;
 }
 
 /* Where the segments have come a share t of their way, they are in the box between both, which is linear in t: so is
- * each of the six conditions that it overlaps [lo, hi]. True when some t of [0, 1] meets all of them. */
-static bool shaft_meets(const struct lum_bounds *a, const struct lum_bounds *b, struct lum_vec3 lo, struct lum_vec3 hi)
+ * each of the six conditions that it overlaps `box`. True when some t of [0, 1] meets all of them. */
+static bool shaft_meets(const struct lum_bounds *a, const struct lum_bounds *b, const struct lum_bounds *box)
 {
-    if (!(lo.x <= hi.x))
+    if (lum_bounds_empty(box))
         return false;
+    struct lum_vec3 lo = box->lo, hi = box->hi;
     /* at least 0 where the condition holds: at t = 0 and at t = 1 */
     const float at0[6] = {hi.x - a->lo.x, hi.y - a->lo.y, hi.z - a->lo.z,
                           a->hi.x - lo.x, a->hi.y - lo.y, a->hi.z - lo.z};
@@ -276,11 +257,11 @@ static bool shaft_meets(const struct lum_bounds *a, const struct lum_bounds *b, 
 
 bool lum_motion_meets_between(const struct lum_motion *motion, const struct lum_bounds *a, const struct lum_bounds *b)
 {
-    if (!shaft_meets(a, b, motion->around.lo, motion->around.hi))
+    if (!shaft_meets(a, b, &motion->around))
         return motion->everything;
     for (uint32_t i = 0; i < motion->n; i++) {
         const struct lum_mover *m = &motion->movers[i];
-        if (shaft_meets(a, b, m->old_lo, m->old_hi) || shaft_meets(a, b, m->new_lo, m->new_hi))
+        if (shaft_meets(a, b, &m->old_box) || shaft_meets(a, b, &m->new_box))
             return true;
     }
     return motion->everything;

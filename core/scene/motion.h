@@ -14,10 +14,9 @@ struct lum_mover {
     uint32_t n_objects; /* 1; more: they were merged, and the boxes are around all of them. Then the following three say
                          * nothing */
     uint64_t object;    /* lum_hash64_text of its id */
-    uint32_t before, now;           /* index of its instance (or n_instances + index of its shape) in either snapshot;
-                                     * LUM_NO_OBJECT: not there */
-    struct lum_vec3 old_lo, old_hi; /* its box, scene space; lo > hi: not there */
-    struct lum_vec3 new_lo, new_hi;
+    uint32_t before, now; /* index of its instance (or n_instances + index of its shape) in either snapshot;
+                           * LUM_NO_OBJECT: not there */
+    struct lum_bounds old_box, new_box; /* empty: it was, or is, not there */
 };
 
 struct lum_motion {

@@ -10,6 +10,11 @@ struct lum_light_desc;
 struct lum_mesh_surface;
 struct lum_scene;
 
+/* Vector i of an array. */
+static inline struct lum_vec3 lum_v3_load(const float *array, uint32_t i)
+{
+    return lum_v3(array[3 * (size_t)i], array[3 * (size_t)i + 1], array[3 * (size_t)i + 2]);
+}
 struct lum_mesh *lum_mesh_ref(struct lum_mesh *mesh);
 void lum_mesh_unref(struct lum_mesh *mesh);
 /* Where there is uv, unless they are there: tangent.c. False: no memory. */
@@ -87,7 +92,6 @@ enum lum_status lum_resolve_media(const struct lum_scene *scene, const struct lu
 /* The same objects with the same meshes in the same places. */
 bool lum_instances_same_geometry(const struct lum_instance_part *a, const struct lum_instance_part *b);
 
-struct lum_bounds lum_instance_bounds(const struct lum_instance *instance);
 struct lum_bounds lum_instances_bounds(const struct lum_instance_part *part);
 
 /* lights.c. Sets the light index of emissive instances. */

@@ -4,6 +4,7 @@
  * becomes 32..64 units around the origin. They are kept while the scene still fits, so that an edit does not move
  * everything else: an earlier placement serves while all lies within 128 units and the extent is at least 8. */
 #include "core/scene/light_kind.h"
+#include "core/math/vec3d.h"
 #include "core/scene/tables.h"
 
 #include <math.h>
@@ -38,8 +39,8 @@ static void grow_by_light(struct bounds *b, const struct lum_light_desc *d)
     if (!row->half)
         return;
     struct lum_vec3d c = d->position, half = row->half(d);
-    grow(b, (struct lum_vec3d){c.x - half.x, c.y - half.y, c.z - half.z});
-    grow(b, (struct lum_vec3d){c.x + half.x, c.y + half.y, c.z + half.z});
+    grow(b, lum_v3d_sub(c, half));
+    grow(b, lum_v3d_mad(c, half, 1.0));
 }
 
 static double extent_of(const struct bounds *b)

@@ -1,6 +1,7 @@
 /* Materials, objects, lights, cameras and media: checked, then stored. */
 #include "core/light/web.h"
 #include "core/material/brushed.h"
+#include "core/math/vec3d.h"
 #include "core/scene/light_kind.h"
 #include "core/scene/tables.h"
 
@@ -309,10 +310,10 @@ enum lum_status lum_scene_put_camera(struct lum_scene *scene, const char *id, co
         status = lum_check_range("vfov_deg", camera->vfov_deg, 1.0, 179.0, err);
     if (status != LUM_OK)
         return status;
-    struct lum_vec3d p = camera->position, t = camera->target, gaze = {t.x - p.x, t.y - p.y, t.z - p.z};
+    struct lum_vec3d gaze = lum_v3d_sub(camera->target, camera->position);
     if (!(lum_v3d_length(gaze) > 0.0))
         return lum_fail(err, LUM_ERR_INVALID, "target", "must differ from the position");
-    if (!(lum_v3d_cross_length(gaze, camera->up) > 1e-9 * lum_v3d_length(gaze) * lum_v3d_length(camera->up)))
+    if (!(lum_v3d_length(lum_v3d_cross(gaze, camera->up)) > 1e-9 * lum_v3d_length(gaze) * lum_v3d_length(camera->up)))
         return lum_fail(err, LUM_ERR_INVALID, "up", "must not be parallel to the line of sight");
     struct lum_table *table = &scene->tables[LUM_ENTITY_CAMERA];
     struct lum_entry *base = NULL;

@@ -227,18 +227,10 @@ bool lum_instances_same_geometry(const struct lum_instance_part *a, const struct
     return true;
 }
 
-void lum_bounds_grow(struct lum_bounds *b, struct lum_vec3 p)
-{
-    b->lo = lum_v3(fminf(b->lo.x, p.x), fminf(b->lo.y, p.y), fminf(b->lo.z, p.z));
-    b->hi = lum_v3(fmaxf(b->hi.x, p.x), fmaxf(b->hi.y, p.y), fmaxf(b->hi.z, p.z));
-}
-
-#define EMPTY_BOUNDS ((struct lum_bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}})
-
 struct lum_bounds lum_instance_bounds(const struct lum_instance *instance)
 {
     const struct lum_mesh *mesh = instance->mesh;
-    struct lum_bounds b = EMPTY_BOUNDS;
+    struct lum_bounds b = LUM_BOUNDS_EMPTY;
     for (int corner = 0; corner < 8; corner++) {
         struct lum_vec3 p = lum_v3(corner & 1 ? mesh->bounds_hi.x : mesh->bounds_lo.x,
                                    corner & 2 ? mesh->bounds_hi.y : mesh->bounds_lo.y,
@@ -250,11 +242,10 @@ struct lum_bounds lum_instance_bounds(const struct lum_instance *instance)
 
 struct lum_bounds lum_instances_bounds(const struct lum_instance_part *part)
 {
-    struct lum_bounds all = EMPTY_BOUNDS;
+    struct lum_bounds all = LUM_BOUNDS_EMPTY;
     for (uint32_t i = 0; i < part->n; i++) {
         struct lum_bounds b = lum_instance_bounds(&part->items[i]);
-        lum_bounds_grow(&all, b.lo);
-        lum_bounds_grow(&all, b.hi);
+        all = lum_bounds_join(&all, &b);
     }
     return all;
 }

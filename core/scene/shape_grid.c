@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "core/math/vec3d.h"
+
 static uint32_t grid_vertices(const struct lum_grid *grid)
 {
     return (grid->nu + 1) * (grid->nv + 1);
@@ -95,7 +97,6 @@ void lum_grid_normal(struct lum_grid_point *point, struct lum_vec3d (*position)(
     const double h = 1e-5; /* balances truncation h^2 against rounding 1e-16 / h */
     struct lum_vec3d u0 = position(ctx, point->u - h, point->v), u1 = position(ctx, point->u + h, point->v);
     struct lum_vec3d v0 = position(ctx, point->u, point->v - h), v1 = position(ctx, point->u, point->v + h);
-    struct lum_vec3d du = {u1.x - u0.x, u1.y - u0.y, u1.z - u0.z}, dv = {v1.x - v0.x, v1.y - v0.y, v1.z - v0.z};
-    point->n = (struct lum_vec3d){(du.y * dv.z - du.z * dv.y) / (h * h), (du.z * dv.x - du.x * dv.z) / (h * h),
-                                  (du.x * dv.y - du.y * dv.x) / (h * h)};
+    struct lum_vec3d n = lum_v3d_cross(lum_v3d_sub(u1, u0), lum_v3d_sub(v1, v0));
+    point->n = (struct lum_vec3d){n.x / (h * h), n.y / (h * h), n.z / (h * h)};
 }

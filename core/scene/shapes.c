@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "core/math/vec3d.h"
 #include "core/scene/shape_grid.h"
 
 static const double two_pi = 6.28318530717958647692;
@@ -217,12 +218,7 @@ static struct lum_vec3d tube_centre(const struct tube *t, double s)
 static struct lum_vec3d unit_d(struct lum_vec3d a)
 {
     double s = 1.0 / sqrt(a.x * a.x + a.y * a.y + a.z * a.z);
-    return (struct lum_vec3d){a.x * s, a.y * s, a.z * s};
-}
-
-static struct lum_vec3d cross_d(struct lum_vec3d a, struct lum_vec3d b)
-{
-    return (struct lum_vec3d){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    return lum_v3d_mul(a, s);
 }
 
 /* u runs along the tube, v around it. The ring is spanned by the radial direction of the knot's own torus and its
@@ -232,15 +228,15 @@ static void tube_at(const void *ctx, struct lum_grid_point *g)
     const struct tube *t = ctx;
     const double h = 1e-6;
     struct lum_vec3d c = tube_centre(t, g->u), a = tube_centre(t, g->u - h), b = tube_centre(t, g->u + h);
-    struct lum_vec3d along = unit_d((struct lum_vec3d){b.x - a.x, b.y - a.y, b.z - a.z});
+    struct lum_vec3d along = unit_d(lum_v3d_sub(b, a));
     double phi = two_pi * g->u;
     struct lum_vec3d hub = {cos(t->p * phi), 0.0, sin(t->p * phi)};
     struct lum_vec3d out = t->q == 0.0 ? hub : (struct lum_vec3d){c.x - hub.x, c.y, c.z - hub.z};
-    struct lum_vec3d side = unit_d(cross_d(out, along));
-    out = cross_d(along, side);
+    struct lum_vec3d side = unit_d(lum_v3d_cross(out, along));
+    out = lum_v3d_cross(along, side);
     double x = cos(two_pi * g->v), y = sin(two_pi * g->v);
     g->n = (struct lum_vec3d){x * out.x + y * side.x, x * out.y + y * side.y, x * out.z + y * side.z};
-    g->p = (struct lum_vec3d){c.x + t->radius * g->n.x, c.y + t->radius * g->n.y, c.z + t->radius * g->n.z};
+    g->p = lum_v3d_mad(c, g->n, t->radius);
 }
 
 static enum lum_status make_tube(struct lum_shape_build *b, const struct lum_shape_input *in, const struct tube *tube,

@@ -2,6 +2,7 @@
 #include "core/light/cie_sky.h"
 #include "core/light/environment.h"
 #include "core/light/solar.h"
+#include "core/math/vec3d.h"
 #include "core/scene/light_kind.h"
 #include "core/scene/parts.h"
 #include "core/scene/tables.h"

@@ -150,23 +150,17 @@ static bool is_or_is_below(const char *id, const char *name)
 
 bool lum_snapshot_bounds(const struct lum_snapshot *s, const char *id, struct lum_box *ret_world)
 {
-    struct lum_vec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
+    struct lum_bounds all = LUM_BOUNDS_EMPTY;
     for (uint32_t i = 0; i < s->n_instances; i++) {
         const struct lum_mesh *m = s->instances[i].mesh;
         if ((id && !is_or_is_below(s->instances[i].id, id)) || m->bounds_lo.x > m->bounds_hi.x)
             continue;
-        for (int k = 0; k < 8; k++) {
-            struct lum_vec3 corner =
-                lum_v3(k & 1 ? m->bounds_hi.x : m->bounds_lo.x, k & 2 ? m->bounds_hi.y : m->bounds_lo.y,
-                       k & 4 ? m->bounds_hi.z : m->bounds_lo.z);
-            corner = lum_affine_point(&s->instances[i].local_to_scene, corner);
-            lo = lum_v3(lum_min(lo.x, corner.x), lum_min(lo.y, corner.y), lum_min(lo.z, corner.z));
-            hi = lum_v3(lum_max(hi.x, corner.x), lum_max(hi.y, corner.y), lum_max(hi.z, corner.z));
-        }
+        struct lum_bounds b = lum_instance_bounds(&s->instances[i]);
+        all = lum_bounds_join(&all, &b);
     }
-    if (!(lo.x <= hi.x))
+    if (lum_bounds_empty(&all))
         return false;
-    *ret_world = (struct lum_box){to_world(&s->norm, lo), to_world(&s->norm, hi)};
+    *ret_world = (struct lum_box){to_world(&s->norm, all.lo), to_world(&s->norm, all.hi)};
     return true;
 }
 
@@ -201,16 +195,11 @@ struct triangle {
     float w[3];           /* barycentric */
 };
 
-static struct lum_vec3 load3(const float *array, uint32_t i)
-{
-    return lum_v3(array[3 * (size_t)i], array[3 * (size_t)i + 1], array[3 * (size_t)i + 2]);
-}
-
 static struct lum_vec3 blend3(const float *array, const struct triangle *t)
 {
-    struct lum_vec3 v = lum_v3_mul(load3(array, t->index[0]), t->w[0]);
-    v = lum_v3_mad(v, load3(array, t->index[1]), t->w[1]);
-    return lum_v3_mad(v, load3(array, t->index[2]), t->w[2]);
+    struct lum_vec3 v = lum_v3_mul(lum_v3_load(array, t->index[0]), t->w[0]);
+    v = lum_v3_mad(v, lum_v3_load(array, t->index[1]), t->w[1]);
+    return lum_v3_mad(v, lum_v3_load(array, t->index[2]), t->w[2]);
 }
 
 struct lum_vec3 lum_instance_normal(const struct lum_instance *instance, struct lum_vec3 n)
@@ -298,7 +287,7 @@ static void triangle_surface(const struct lum_snapshot *snapshot, const struct l
     struct triangle t = {.index = mesh->indices + 3 * (size_t)hits->prim[i],
                          .w = {1.0f - hits->u[i] - hits->v[i], hits->u[i], hits->v[i]}};
     for (int k = 0; k < 3; k++)
-        t.p[k] = load3(mesh->positions, t.index[k]);
+        t.p[k] = lum_v3_load(mesh->positions, t.index[k]);
     s->instance = hits->object[i];
     s->material = instance->material;
     s->light = instance->light;

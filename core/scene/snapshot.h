@@ -10,8 +10,8 @@
 #include "core/light/light.h"
 #include "core/material/material.h"
 #include "core/math/affine.h"
+#include "core/math/bounds.h"
 #include "core/math/rgb.h"
-#include "core/math/vec.h"
 #include "core/medium/medium.h"
 #include "core/scene/desc.h"
 
@@ -33,12 +33,6 @@ static inline struct lum_vec3 lum_world_to_scene(const struct lum_normalisation 
     return lum_v3((float)((p.x - n->centre.x) * n->scale), (float)((p.y - n->centre.y) * n->scale),
                   (float)((p.z - n->centre.z) * n->scale));
 }
-
-/* A box, scene space. */
-struct lum_bounds {
-    struct lum_vec3 lo, hi; /* lo > hi: empty */
-};
-void lum_bounds_grow(struct lum_bounds *inout_box, struct lum_vec3 p);
 
 /* A mesh as the renderer reads it. Vertices are in the mesh's own normalised local space. */
 struct lum_mesh {
@@ -64,6 +58,7 @@ struct lum_instance {
     uint64_t hash;        /* lum_hash64_text of the id */
     char id[LUM_ID_MAX + 1];
 };
+struct lum_bounds lum_instance_bounds(const struct lum_instance *instance);
 /* A normal of its mesh, of any length, in the scene: unit. */
 struct lum_vec3 lum_instance_normal(const struct lum_instance *instance, struct lum_vec3 n);
 

@@ -11,18 +11,14 @@
 #include "core/scene/parts.h"
 #include "core/scene/snapshot.h"
 
-static struct lum_vec3 load(const float *array, uint32_t i)
-{
-    return lum_v3(array[3 * (size_t)i], array[3 * (size_t)i + 1], array[3 * (size_t)i + 2]);
-}
-
 /* Unit, or 0 where uv spans no area. */
 static struct lum_vec3 along_u(const struct lum_mesh *m, const uint32_t *t)
 {
     const float *a = m->uvs + 2 * (size_t)t[0], *b = m->uvs + 2 * (size_t)t[1], *c = m->uvs + 2 * (size_t)t[2];
     float u1 = b[0] - a[0], v1 = b[1] - a[1], u2 = c[0] - a[0], v2 = c[1] - a[1], area = u1 * v2 - u2 * v1;
-    struct lum_vec3 p = load(m->positions, t[0]);
-    struct lum_vec3 e1 = lum_v3_sub(load(m->positions, t[1]), p), e2 = lum_v3_sub(load(m->positions, t[2]), p);
+    struct lum_vec3 p = lum_v3_load(m->positions, t[0]);
+    struct lum_vec3 e1 = lum_v3_sub(lum_v3_load(m->positions, t[1]), p),
+                    e2 = lum_v3_sub(lum_v3_load(m->positions, t[2]), p);
     struct lum_vec3 d = lum_normalize(lum_v3_sub(lum_v3_mul(e1, v2), lum_v3_mul(e2, v1)));
     if (!(fabsf(area) > 0.0f) || !lum_v3_finite(d))
         return lum_v3(0.0f, 0.0f, 0.0f);
@@ -31,12 +27,12 @@ static struct lum_vec3 along_u(const struct lum_mesh *m, const uint32_t *t)
 
 static void add_corner(struct lum_mesh *m, float *sum, const uint32_t *t, int k, struct lum_vec3 d)
 {
-    struct lum_vec3 p = load(m->positions, t[k]);
-    struct lum_vec3 e = lum_normalize(lum_v3_sub(load(m->positions, t[(k + 1) % 3]), p));
-    struct lum_vec3 f = lum_normalize(lum_v3_sub(load(m->positions, t[(k + 2) % 3]), p));
+    struct lum_vec3 p = lum_v3_load(m->positions, t[k]);
+    struct lum_vec3 e = lum_normalize(lum_v3_sub(lum_v3_load(m->positions, t[(k + 1) % 3]), p));
+    struct lum_vec3 f = lum_normalize(lum_v3_sub(lum_v3_load(m->positions, t[(k + 2) % 3]), p));
     float angle = acosf(lum_clamp(lum_dot(e, f), -1.0f, 1.0f));
     if (m->normals) {
-        struct lum_vec3 n = load(m->normals, t[k]);
+        struct lum_vec3 n = lum_v3_load(m->normals, t[k]);
         d = lum_normalize(lum_v3_mad(d, n, -lum_dot(d, n)));
     }
     if (!lum_v3_finite(d) || !isfinite(angle))
@@ -75,10 +71,10 @@ static void join(float *sum, const struct place *places, uint32_t n)
 {
     struct lum_vec3 joined[SEAM_MOST];
     for (uint32_t i = 0; i < n; i++) {
-        struct lum_vec3 own = lum_normalize(load(sum, places[i].vertex));
+        struct lum_vec3 own = lum_normalize(lum_v3_load(sum, places[i].vertex));
         joined[i] = lum_v3(0.0f, 0.0f, 0.0f);
         for (uint32_t k = 0; k < n; k++) {
-            struct lum_vec3 other = load(sum, places[k].vertex);
+            struct lum_vec3 other = lum_v3_load(sum, places[k].vertex);
             if (lum_dot(own, lum_normalize(other)) > SEAM_COS)
                 joined[i] = lum_v3_add(joined[i], other);
         }
@@ -129,7 +125,7 @@ bool lum_mesh_make_tangents(struct lum_mesh *m)
         return false;
     }
     for (uint32_t i = 0; i < m->n_vertices; i++) {
-        struct lum_vec3 t = lum_normalize(load(sum, i));
+        struct lum_vec3 t = lum_normalize(lum_v3_load(sum, i));
         memcpy(sum + 3 * (size_t)i, &t, 3 * sizeof *sum);
     }
     m->tangents = sum;

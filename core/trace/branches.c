@@ -14,7 +14,7 @@ void lum_branches_begin(struct lum_branches *tile)
 {
     tile->n = 0;
     tile->whole = true;
-    tile->ends = (struct lum_bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    tile->ends = LUM_BOUNDS_EMPTY;
 }
 
 static bool grow(struct lum_branches *tile, uint32_t max)

@@ -125,7 +125,7 @@ static bool is_closed(const struct lum_mesh *mesh)
 static bool is_convex(const struct lum_mesh *mesh)
 {
     struct lum_vec3 size = lum_v3_sub(mesh->bounds_hi, mesh->bounds_lo);
-    double extent = (double)lum_max(size.x, lum_max(size.y, size.z));
+    double extent = (double)lum_v3_largest(size);
     int outside = 0;
     if ((uint64_t)mesh->n_triangles * mesh->n_vertices > EXAMINED_MAX)
         return false;
@@ -146,25 +146,8 @@ static bool is_convex(const struct lum_mesh *mesh)
     return true;
 }
 
-struct box {
-    struct lum_vec3 lo, hi;
-};
-
-static struct box box_of(const struct lum_instance *o)
-{
-    struct box b = {lum_v3(INFINITY, INFINITY, INFINITY), lum_v3(-INFINITY, -INFINITY, -INFINITY)};
-    const struct lum_vec3 *lo = &o->mesh->bounds_lo, *hi = &o->mesh->bounds_hi;
-    for (int c = 0; c < 8; c++) {
-        struct lum_vec3 p = lum_affine_point(
-            &o->local_to_scene, lum_v3(c & 1 ? hi->x : lo->x, c & 2 ? hi->y : lo->y, c & 4 ? hi->z : lo->z));
-        b.lo = lum_v3(lum_min(b.lo.x, p.x), lum_min(b.lo.y, p.y), lum_min(b.lo.z, p.z));
-        b.hi = lum_v3(lum_max(b.hi.x, p.x), lum_max(b.hi.y, p.y), lum_max(b.hi.z, p.z));
-    }
-    return b;
-}
-
 /* False: it may be inside. */
-static bool is_outside(const struct lum_light *l, const struct box *b)
+static bool is_outside(const struct lum_light *l, const struct lum_bounds *b)
 {
     const struct lum_emitter_row *row = l->kind;
     if (row->from_afar || !row->half)
@@ -179,7 +162,7 @@ static bool is_solid_lit_from_outside(const struct lum_snapshot *s, const struct
     const struct lum_material *m = &s->materials[o->material];
     if (m->alpha_mode != LUM_ALPHA_OPAQUE || (lum_material_scatter(m) & (LUM_SCATTER_THROUGH | LUM_SCATTER_SHEET)))
         return false;
-    struct box box = box_of(o);
+    struct lum_bounds box = lum_instance_bounds(o);
     for (uint32_t a = 0; a < s->lights.n_active; a++)
         if (!is_outside(&s->lights.lights[s->lights.active[a]], &box))
             return false;

@@ -37,18 +37,13 @@ bool lum_is_stale(uint32_t edits, enum lum_product product)
     return false;
 }
 
-static uint32_t bit_if(bool changed, enum lum_edit_kind edit)
-{
-    return changed ? LUM_EDIT_BIT(edit) : 0;
-}
-
 uint32_t lum_edits_of_versions(const struct lum_versions *a, const struct lum_versions *b)
 {
-    return bit_if(a->geometry != b->geometry, LUM_EDIT_GEOMETRY) |
-           bit_if(a->material != b->material, LUM_EDIT_MATERIAL) |
-           bit_if(a->light_shape != b->light_shape, LUM_EDIT_LIGHT_SHAPE) |
-           bit_if(a->light_power != b->light_power, LUM_EDIT_LIGHT_POWER) |
-           bit_if(a->medium != b->medium, LUM_EDIT_MEDIUM);
+    return lum_edit_if(a->geometry != b->geometry, LUM_EDIT_GEOMETRY) |
+           lum_edit_if(a->material != b->material, LUM_EDIT_MATERIAL) |
+           lum_edit_if(a->light_shape != b->light_shape, LUM_EDIT_LIGHT_SHAPE) |
+           lum_edit_if(a->light_power != b->light_power, LUM_EDIT_LIGHT_POWER) |
+           lum_edit_if(a->medium != b->medium, LUM_EDIT_MEDIUM);
 }
 
 struct lum_versions lum_versions_seen(const struct lum_snapshot *s, bool media)

@@ -31,6 +31,10 @@ enum lum_edit_kind {
     LUM_EDIT_COUNT
 };
 #define LUM_EDIT_BIT(e) (1u << (e))
+static inline uint32_t lum_edit_if(bool changed, enum lum_edit_kind edit)
+{
+    return changed ? LUM_EDIT_BIT(edit) : 0;
+}
 #define LUM_EDITS_ALL (LUM_EDIT_BIT(LUM_EDIT_COUNT) - 1u)
 #define LUM_EDITS_OF_SCENE (LUM_EDIT_BIT(LUM_EDIT_MEDIUM + 1) - 1u) /* the first five */
 

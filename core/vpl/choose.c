@@ -135,7 +135,7 @@ static uint32_t place_of(const struct choice *choice, uint32_t i)
     const bool inside = has_portals(choice) && lum_portals_inside(&c->portals, p);
     const struct lum_vec3 lo = inside ? c->portals.lo : choice->snapshot->bounds_lo;
     const struct lum_vec3 size = lum_v3_sub(inside ? c->portals.hi : choice->snapshot->bounds_hi, lo);
-    float side = lum_max(lum_max(size.x, lum_max(size.y, size.z)) / CELLS, LUM_RAY_OFFSET);
+    float side = lum_max(lum_v3_largest(size) / CELLS, LUM_RAY_OFFSET);
     float x = fabsf(c->nx[i]), y = fabsf(c->ny[i]), z = fabsf(c->nz[i]);
     uint32_t face = x >= y && x >= z ? c->nx[i] < 0.0f : y >= z ? 2u + (c->ny[i] < 0.0f) : 4u + (c->nz[i] < 0.0f);
     uint32_t at = (inside ? 6u + face : face) * CELLS + index_in(p.z, lo.z, side);

@@ -355,11 +355,6 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static float coordinate(struct lum_vec3 v, uint32_t axis)
-{
-    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-}
-
 /* Where lines end along an axis, but for outliers. False: nowhere. */
 static bool find_range(struct search *search, uint32_t axis, struct range *ret)
 {
@@ -368,7 +363,7 @@ static bool find_range(struct search *search, uint32_t axis, struct range *ret)
     for (uint32_t i = 0; i < search->n_lines; i++) {
         const struct line *l = &search->lines[i];
         if (l->t > 0.0f && isfinite(l->t))
-            room[n++] = coordinate(lum_v3_mad(l->o, l->d, l->t), axis);
+            room[n++] = lum_v3_part(lum_v3_mad(l->o, l->d, l->t), axis);
     }
     if (n == 0)
         return false;

@@ -332,7 +332,7 @@ static bool cross_fog(struct lum_vpl_walk *w, struct lum_vpl_path *path, uint32_
     struct lum_vec3 p = lum_v3_mad(o, d, hit.t);
     struct lum_vec2 chance = lum_sampler_2d(&path->sampler, pair + 3);
     path->flux = lum_rgb_mul(path->flux, hit.weight);
-    bool far = !(lum_max(fabsf(p.x), lum_max(fabsf(p.y), fabsf(p.z))) <= LUM_RAY_LIMIT); /* nobody sees that */
+    bool far = !lum_ray_can_start(p); /* nobody sees that */
     if (!far && !lum_rgb_black(path->flux))
         add_point(path, p, g, d, lum_sampler_2d(&path->sampler, pair + 1), chance.x);
     if (path->fog.n_points > FOG_POINTS)

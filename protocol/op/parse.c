@@ -31,8 +31,7 @@ void lum_op_finish(struct lum_op *op)
 static bool parse_add(struct lum_json_reader *r, const struct lum_blobs *blobs, struct lum_op *op)
 {
     unsigned type;
-    if (!lum_json_require(r, "type") ||
-        !lum_json_choice(r, "type", "mesh|image|material|object|light|medium|camera|sensor|patch|preset", &type))
+    if (!lum_json_require(r, "type") || !lum_json_choice(r, "type", LUM_RECORD_ADDED, &type))
         return false;
     static const enum lum_record_type types[] = {
         LUM_RECORD_MESH,   LUM_RECORD_IMAGE,  LUM_RECORD_MATERIAL, LUM_RECORD_OBJECT, LUM_RECORD_LIGHT,

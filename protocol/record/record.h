@@ -23,6 +23,8 @@ enum lum_record_type {
     LUM_RECORD_IMPORT,
     LUM_RECORD_TYPE_COUNT
 };
+/* For lum_json_choice, of those that clients add by themselves: the index is that of the type. */
+#define LUM_RECORD_ADDED "mesh|image|material|object|light|medium|camera|sensor|patch|preset"
 extern const char *const lum_record_type_names[LUM_RECORD_TYPE_COUNT]; /* "mesh", ... */
 
 /* Immutable once shared. */

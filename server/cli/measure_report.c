@@ -8,6 +8,7 @@
 
 #include <cjson/cJSON.h>
 
+#include "core/math/vec3d.h"
 #include "protocol/json/json.h"
 
 enum { COLUMNS = 16 /* that fit a terminal */, LEFT_OUT_TOLD = 8 };

@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include "core/film/false_color.h"
+#include "core/math/vec3d.h"
 #include "server/report/page.h"
 
 enum {

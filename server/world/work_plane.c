@@ -1,5 +1,6 @@
 #include "server/world/work_plane.h"
 
+#include "core/math/vec3d.h"
 #include "core/render/view.h"
 
 enum { GROUND_PROBES = 9 }; /* a side */

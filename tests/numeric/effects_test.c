@@ -126,10 +126,10 @@ static void assert_same(const struct picture *a, const struct picture *b, struct
 /* ---- (a), (b), (d) ---- */
 
 /* Effects that may do without rays of their own: anti-aliasing shares those of all, gloss those of the lights it
- * reflects. */
+ * reflects, and one that suits every method may need no more than what the eye sees. */
 static bool may_share_rays(enum lum_effect e)
 {
-    return e == LUM_EFFECT_ANTIALIAS || e == LUM_EFFECT_GLOSSY;
+    return e == LUM_EFFECT_ANTIALIAS || e == LUM_EFFECT_GLOSSY || lum_effect_rows[e]->usual;
 }
 
 /* At full strength it costs rays and shows, if the method serves it: or the other checks would say nothing. */

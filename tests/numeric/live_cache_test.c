@@ -322,9 +322,7 @@ static void sweep(struct lum_motion *motion)
 {
     for (uint32_t m = 0; m < motion->n; m++) {
         struct lum_mover *v = &motion->movers[m];
-        struct lum_vec3 lo = v->old_lo, hi = v->old_hi, p = v->new_lo, q = v->new_hi;
-        v->old_lo = v->new_lo = lum_v3(lum_min(lo.x, p.x), lum_min(lo.y, p.y), lum_min(lo.z, p.z));
-        v->old_hi = v->new_hi = lum_v3(lum_max(hi.x, q.x), lum_max(hi.y, q.y), lum_max(hi.z, q.z));
+        v->old_box = v->new_box = lum_bounds_join(&v->old_box, &v->new_box);
     }
 }
 
@@ -345,7 +343,7 @@ static uint64_t most_rays(struct bed *b, const struct lum_motion *motion)
             n += faces && ((b->cache->moved[k / 64] >> k % 64 & 1u) || lum_motion_meets(motion, from, p));
         }
         for (uint32_t m = 0; m < motion->n; m++) { /* balls that meet a box: by the box around the ball */
-            struct lum_vec3 lo = motion->movers[m].new_lo, hi = motion->movers[m].new_hi;
+            struct lum_vec3 lo = motion->movers[m].new_box.lo, hi = motion->movers[m].new_box.hi;
             n += r->p.x + r->radius >= lo.x && r->p.x - r->radius <= hi.x && r->p.y + r->radius >= lo.y &&
                          r->p.y - r->radius <= hi.y && r->p.z + r->radius >= lo.z && r->p.z - r->radius <= hi.z
                      ? 16

@@ -71,8 +71,8 @@ static void a_moved_object_was_there_and_is_here(void **state)
     assert_true(m.movers[0].object == lum_hash64_text("ball"));
     assert_true(lum_motion_has(&m, lum_hash64_text("ball")));
     assert_false(lum_motion_has(&m, lum_hash64_text("tent")));
-    assert_holds(m.movers[0].old_lo, m.movers[0].old_hi, to_scene(s, 0, 1, 0));
-    assert_holds(m.movers[0].new_lo, m.movers[0].new_hi, to_scene(s, 2, 3, 1));
+    assert_holds(m.movers[0].old_box.lo, m.movers[0].old_box.hi, to_scene(s, 0, 1, 0));
+    assert_holds(m.movers[0].new_box.lo, m.movers[0].new_box.hi, to_scene(s, 2, 3, 1));
     assert_int_equal(m.movers[0].before, m.movers[0].now);
     assert_true(lum_motion_meets(&m, to_scene(s, -5, 1, 0), to_scene(s, 5, 1, 0)));
     assert_true(lum_motion_meets(&m, to_scene(s, 2, 3, 1), to_scene(s, 2, 3, 1)));
@@ -91,7 +91,7 @@ static void added_and_removed_objects(void **state)
     assert_int_equal(m.n, 1);
     assert_int_equal(m.movers[0].before, LUM_NO_OBJECT);
     assert_string_equal(s->instances[m.movers[0].now].id, "cup");
-    assert_true(m.movers[0].old_lo.x > m.movers[0].old_hi.x);
+    assert_true(m.movers[0].old_box.lo.x > m.movers[0].old_box.hi.x);
     struct lum_object_desc hidden = {
         .mesh = "ball", .material = "white", .local_to_world = at(1, 1, 5), .visible = false};
     CHECK_OK(lum_scene_put_object(f->scene, "cup", &hidden, err));
@@ -115,11 +115,11 @@ static void a_mesh_deforms(void **state)
         put_pose(f->scene, "tent", now);
         struct lum_motion m = step(f, &s);
         assert_int_equal(m.n, 1);
-        assert_holds(m.movers[0].old_lo, m.movers[0].old_hi, to_scene(s, -4, before, 0));
-        assert_holds(m.movers[0].new_lo, m.movers[0].new_hi, to_scene(s, -4, now, 0));
-        bool tall_now = m.movers[0].new_hi.y > to_scene(s, 0, 2, 0).y;
+        assert_holds(m.movers[0].old_box.lo, m.movers[0].old_box.hi, to_scene(s, -4, before, 0));
+        assert_holds(m.movers[0].new_box.lo, m.movers[0].new_box.hi, to_scene(s, -4, now, 0));
+        bool tall_now = m.movers[0].new_box.hi.y > to_scene(s, 0, 2, 0).y;
         assert_int_equal(tall_now, now > 2.0);
-        assert_int_not_equal(tall_now, m.movers[0].old_hi.y > to_scene(s, 0, 2, 0).y);
+        assert_int_not_equal(tall_now, m.movers[0].old_box.hi.y > to_scene(s, 0, 2, 0).y);
     }
     lum_snapshot_unref(s);
 }
@@ -201,8 +201,8 @@ static bool any_holds(const struct lum_motion *m, const struct lum_snapshot *s, 
     struct lum_bounds b = lum_instance_bounds(&s->instances[i]);
     bool any = false;
     for (uint32_t k = 0; k < m->n; k++) {
-        struct lum_vec3 lo = before ? m->movers[k].old_lo : m->movers[k].new_lo;
-        struct lum_vec3 hi = before ? m->movers[k].old_hi : m->movers[k].new_hi;
+        struct lum_vec3 lo = before ? m->movers[k].old_box.lo : m->movers[k].new_box.lo;
+        struct lum_vec3 hi = before ? m->movers[k].old_box.hi : m->movers[k].new_box.hi;
         any =
             any || (b.lo.x > lo.x && b.lo.y > lo.y && b.lo.z > lo.z && b.hi.x < hi.x && b.hi.y < hi.y && b.hi.z < hi.z);
     }

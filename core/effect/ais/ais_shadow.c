@@ -212,11 +212,6 @@ static void find_lobes(struct shadow *s)
     }
 }
 
-static float share_of(float part, float whole)
-{
-    return whole > 0.0f ? part / whole : 0.0f;
-}
-
 /* What a surface with a gloss makes of light from wi. A coat lets through less of light that grazes: that is told as a
  * share of the albedo, which is the mean. */
 static struct reflected reflect_gloss(const struct shadow *s, uint32_t pixel, struct lum_vec3 wi)
@@ -224,9 +219,7 @@ static struct reflected reflect_gloss(const struct shadow *s, uint32_t pixel, st
     const struct lobes *l = &s->lobes[pixel];
     const struct lum_rgb albedo = s->pass->surfaces->albedo[lum_ais_pixel(&s->cell, pixel)];
     struct lum_bsdf_value v = lum_bsdf_eval_parts(&l->bsdf, l->wo, wi);
-    struct lum_rgb white = {share_of(v.diffuse.r, albedo.r), share_of(v.diffuse.g, albedo.g),
-                            share_of(v.diffuse.b, albedo.b)};
-    return (struct reflected){white, v.gloss};
+    return (struct reflected){lum_rgb_share(v.diffuse, albedo), v.gloss};
 }
 
 /* Of sample k of the fan, in this pixel. False: nothing is reflected. */

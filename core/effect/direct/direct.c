@@ -180,11 +180,6 @@ static void direct_sample(const struct lum_direct *job, uint32_t k, uint32_t n_s
     }
 }
 
-static float share_of(float part, float all)
-{
-    return all > 0.0f ? part / all : 0.0f;
-}
-
 /* What vertex i gets, were all of the light visible, in closed form; and what the samples say of that. */
 static struct lum_rgb whole_light(const struct lum_direct *job, uint32_t i, uint32_t n_samples,
                                   struct lum_rgb *ret_sampled)
@@ -219,8 +214,7 @@ static void light_by_share(const struct lum_direct *job, uint32_t n_samples)
         if (lum_rgb_black(s))
             continue;
         struct lum_rgb whole = whole_light(job, i, n_samples, &sampled);
-        add(job, i,
-            lum_rgb_mul(whole, lum_rgb(share_of(s.r, sampled.r), share_of(s.g, sampled.g), share_of(s.b, sampled.b))));
+        add(job, i, lum_rgb_mul(whole, lum_rgb_share(s, sampled)));
     }
 }
 

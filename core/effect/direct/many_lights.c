@@ -186,8 +186,7 @@ struct tile_visibility {
 static struct tile_visibility look_at(const struct lum_pass *pass, uint32_t tile)
 {
     const struct lum_motion_mask *motion_mask = pass->motion_mask;
-    struct tile_visibility t = {.r = lum_tile_at(&pass->tiling, tile),
-                                .all = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}}};
+    struct tile_visibility t = {.r = lum_tile_at(&pass->tiling, tile), .all = LUM_BOUNDS_EMPTY};
     uint32_t nx = motion_mask->blocks.nx, first = t.r.y / LUM_MOTION_BLOCK_SIDE * nx + t.r.x / LUM_MOTION_BLOCK_SIDE;
     for (uint32_t k = 0; k < BLOCKS_ACROSS * BLOCKS_ACROSS; k++) {
         uint32_t x = k % BLOCKS_ACROSS, y = k / BLOCKS_ACROSS;
@@ -195,11 +194,8 @@ static struct tile_visibility look_at(const struct lum_pass *pass, uint32_t tile
             continue;
         t.visibility[k] = motion_mask->seen[first + y * nx + x];
         t.changed |= (uint32_t)(motion_mask->changed[first + y * nx + x] != LUM_MOTION_SAME) << k;
-        t.lit |= (uint32_t)(t.visibility[k].lo.x <= t.visibility[k].hi.x) << k;
-        if (t.lit >> k & 1u) {
-            lum_bounds_grow(&t.all, t.visibility[k].lo);
-            lum_bounds_grow(&t.all, t.visibility[k].hi);
-        }
+        t.lit |= (uint32_t)!lum_bounds_empty(&t.visibility[k]) << k;
+        t.all = lum_bounds_join(&t.all, &t.visibility[k]);
     }
     return t;
 }

@@ -46,25 +46,16 @@ struct lum_lookup lum_lookup_of(const struct lum_cache *cache, const struct lum_
                                .eye = pass->eye.o};
 }
 
-static struct lum_vec3 least(struct lum_vec3 a, float x, float y, float z)
-{
-    return lum_v3(lum_min(a.x, x), lum_min(a.y, y), lum_min(a.z, z));
-}
-
-static struct lum_vec3 most(struct lum_vec3 a, float x, float y, float z)
-{
-    return lum_v3(lum_max(a.x, x), lum_max(a.y, y), lum_max(a.z, z));
-}
-
 struct lum_tile_points_box lum_tile_points_box_of(const struct lum_tile_points *s, uint32_t from, uint32_t n)
 {
     const struct lum_vec3 up = {INFINITY, INFINITY, INFINITY}, down = {-INFINITY, -INFINITY, -INFINITY};
     struct lum_tile_points_box b = {up, down, up, down};
     for (uint32_t i = from; i < from + n; i++) {
-        b.lo = least(b.lo, s->px[i], s->py[i], s->pz[i]);
-        b.hi = most(b.hi, s->px[i], s->py[i], s->pz[i]);
-        b.n_lo = least(b.n_lo, s->nx[i], s->ny[i], s->nz[i]);
-        b.n_hi = most(b.n_hi, s->nx[i], s->ny[i], s->nz[i]);
+        struct lum_vec3 p = {s->px[i], s->py[i], s->pz[i]}, normal = {s->nx[i], s->ny[i], s->nz[i]};
+        b.lo = lum_v3_min(b.lo, p);
+        b.hi = lum_v3_max(b.hi, p);
+        b.n_lo = lum_v3_min(b.n_lo, normal);
+        b.n_hi = lum_v3_max(b.n_hi, normal);
     }
     return b;
 }

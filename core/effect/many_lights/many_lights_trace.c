@@ -31,9 +31,9 @@ static struct extent extent_of(const struct lum_vertices *v, bool gloss)
     struct extent e = {.lo = v->p[0], .hi = v->p[0], .n = v->bsdf[0].frame.n, .gloss = gloss};
     for (uint32_t i = 0; i < v->n; i++) {
         struct lum_vec3 p = v->p[i], n = v->bsdf[i].frame.n;
-        e.lo = lum_v3(lum_min(e.lo.x, p.x), lum_min(e.lo.y, p.y), lum_min(e.lo.z, p.z));
-        e.hi = lum_v3(lum_max(e.hi.x, p.x), lum_max(e.hi.y, p.y), lum_max(e.hi.z, p.z));
-        if (n.x != e.n.x || n.y != e.n.y || n.z != e.n.z)
+        e.lo = lum_v3_min(e.lo, p);
+        e.hi = lum_v3_max(e.hi, p);
+        if (!lum_v3_same(n, e.n))
             e.n = lum_v3(0.0f, 0.0f, 0.0f);
     }
     return e;
@@ -172,11 +172,6 @@ static void flush(struct tile_job *t)
     t->rays.n = t->n_waiting = 0;
 }
 
-static float over(float a, float b)
-{
-    return b > 0.0f ? a / b : 0.0f;
-}
-
 /* What a sample brings: reflected by the base, albedo taken out, and otherwise. False: nothing. */
 static bool value_of(const struct tile_job *t, uint32_t i, const struct lum_light_sample *ls, float times,
                      struct lum_rgb *ret_diffuse, struct lum_rgb *ret_gloss)
@@ -189,8 +184,7 @@ static bool value_of(const struct tile_job *t, uint32_t i, const struct lum_ligh
     if (t->pass->on[LUM_EFFECT_MEDIA])
         light = lum_rgb_mul(light, lum_media_transmittance(t->pass->snapshot, v->p[i], ls->wi, ls->distance));
     float weight = t->pass->on[LUM_EFFECT_GLOSSY] && !delta ? lum_power_heuristic(ls->pdf_sa, f.gloss_pdf_sa) : 1.0f;
-    *ret_diffuse = lum_rgb(over(f.diffuse.r, albedo.r), over(f.diffuse.g, albedo.g), over(f.diffuse.b, albedo.b));
-    *ret_diffuse = lum_rgb_mul(*ret_diffuse, light);
+    *ret_diffuse = lum_rgb_mul(lum_rgb_share(f.diffuse, albedo), light);
     *ret_gloss = lum_rgb_mul(f.gloss, lum_rgb_scale(light, weight));
     return !lum_rgb_black(*ret_diffuse) || !lum_rgb_black(*ret_gloss);
 }

@@ -423,7 +423,6 @@ static void visit(struct tree *t, uint32_t i)
  * each pixel would take all the room there is. */
 #define SHEET_BLOCK 4u
 enum { SHEET_BLOCKS = LUM_TILE_SIDE / SHEET_BLOCK };
-static const struct lum_bounds no_bounds = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
 
 static void remember_sheets(const struct tree *t, struct lum_bounds sheets[SHEET_BLOCKS][SHEET_BLOCKS])
 {
@@ -444,7 +443,7 @@ static void plant(struct tree *t)
     struct lum_bounds sheets[SHEET_BLOCKS][SHEET_BLOCKS];
     struct lum_tile_rect r = lum_tile_at(&t->pass->tiling, t->tile);
     for (uint32_t k = 0; k < SHEET_BLOCKS * SHEET_BLOCKS; k++)
-        sheets[k / SHEET_BLOCKS][k % SHEET_BLOCKS] = no_bounds;
+        sheets[k / SHEET_BLOCKS][k % SHEET_BLOCKS] = LUM_BOUNDS_EMPTY;
     lum_tile_center_rays(t->pass, t->tile, &t->rays);
     for (uint32_t i = 0; i < t->rays.n; i++) {
         if (hits->object[i] >= unit->n_instances) /* background and emitters */
