@@ -13,7 +13,7 @@ const WAITS_S = [0.5, 4, 20];
 const SIZE = { width: 900, height: 560 };
 
 const daemon = new Daemon(scene, null);
-const context = await launch();
+const context = await launch(1);
 try {
     const tab = await open(context, await daemon.start());
     const { page } = tab;

@@ -17,6 +17,7 @@ SHARED = os.path.normpath(os.path.join(HERE, "../../../shared/scenes"))
 IMPORT = os.path.join(os.path.dirname(LUMEND), "lumend-import")
 VALIDATOR = os.path.normpath(os.path.join(HERE, "../../clients/web/node_modules/gltf-validator"))
 NODE = os.environ.get("LUMEND_NODE")
+SANITIZE = os.environ.get("LUMEND_SANITIZE", "")
 PIXELS = "gIAA/////wAAgID/QEDA/w=="  # 2 x 2 texels RGBA, one of them clear
 
 # A record of every kind, and of every kind of light; what glTF has words for, and what it has none for.
@@ -168,7 +169,10 @@ class RoundTrip(Case):
     def test_real_models(self):
         if not os.path.isdir(SHARED):
             self.skipTest("no ../shared/scenes")
-        for name in ("conf_lbl_mgf", "conference_mcguire", "office", "corner_desk", "dabrovic_sponza", "crytek_sponza"):
+        names = ["office", "corner_desk"]
+        if not SANITIZE:  # these have more of the same, and import.shared_scenes reads all there are
+            names += ["conf_lbl_mgf", "conference_mcguire", "dabrovic_sponza", "crytek_sponza"]
+        for name in names:
             with self.subTest(name):
                 self.assert_round_trip(os.path.join(SHARED, "interiors", name + ".glb"))
         with self.subTest("textures"):
@@ -406,4 +410,5 @@ class FromTheDaemon(Case):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    # Commands read and write with one thread, and what they render others render, too: races are looked for in the daemon.
+    unittest.main(defaultTest="FromTheDaemon" if "thread" in SANITIZE else None)

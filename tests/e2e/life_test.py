@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import tempfile
+import time
 import unittest
 
 from daemon import LUMEND, Daemon
@@ -20,6 +21,14 @@ UPGRADE = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Key":
 def run(*arguments, environment=None):
     return subprocess.run([LUMEND, *arguments], capture_output=True, text=True, timeout=2 * WAIT_S, check=False,
                           env={**os.environ, **(environment or {})})
+
+
+def eventually(condition, what):
+    """A hang must not hang the suite."""
+    end_s = time.monotonic() + WAIT_S
+    while not condition():
+        if time.monotonic() > end_s:
+            raise AssertionError(f"not in {WAIT_S} s: {what}")
 
 
 STOP_S = 15  # what is promised is 5 s for such a peer; TimeoutStopSec of the unit is 30
@@ -41,8 +50,7 @@ class Stop(unittest.TestCase):
 
     def wait_stuck(self, daemon):
         """Of the first frame, 256 KiB, as much is on its way as the kernel takes (TCP_NOTSENT_LOWAT)."""
-        while daemon.metric("ws_tx_bytes_total") <= 128 << 10:
-            pass
+        eventually(lambda: daemon.metric("ws_tx_bytes_total") > 128 << 10, "half of a frame is sent")
 
     def test_drain_does_not_wait_for_a_peer_that_does_not_read(self):
         with Daemon("--method", "whitted") as daemon:
@@ -102,11 +110,12 @@ class Loading(unittest.TestCase):
         self.addCleanup(self.process.stdout.close)
         self.addCleanup(self.process.wait)
         self.addCleanup(self.process.kill)
-        listens = False
-        while not listens:
-            self.assertIsNone(self.process.poll())
-            with socket.socket() as probe:
-                listens = probe.connect_ex(("127.0.0.1", self.port)) == 0
+        eventually(self.listens, "it listens")
+
+    def listens(self):
+        self.assertIsNone(self.process.poll())
+        with socket.socket() as probe:
+            return probe.connect_ex(("127.0.0.1", self.port)) == 0
 
     def let_go(self):
         """True when somebody waited for it."""
@@ -132,8 +141,7 @@ class Loading(unittest.TestCase):
         self.assertEqual(self.get("/")[0], 200)
         self.assertEqual(self.get("/metrics")[0], 503)
         self.assertEqual(self.get("/", UPGRADE)[0], 503)
-        while not self.let_go():
-            pass
+        eventually(self.let_go, "the importer waits")
         self.assertIn(b"lumend ready ", self.process.stdout.readline())
         self.assertEqual(self.get("/readyz"), (200, b"ready\n"))
         self.assertEqual(self.get("/metrics")[0], 200)

@@ -3,10 +3,11 @@
  *
  * Means over seeds, to four standard errors of both and 3 %, which is what a first frame may be off by. */
 #include "tests/numeric/fog.h"
+#include "tests/support/effort.h"
 #include "tests/support/vpls.h"
 
-#define SEEDS 16
-#define PATH_PASSES 256
+#define SEEDS TEST_EFFORT(16)
+#define PATH_PASSES TEST_EFFORT(256)
 
 struct estimate {
     double mean, stderr;
@@ -48,7 +49,8 @@ static void begin_cloud(struct rig *r, float sigma_s, float g, bool sun)
 /* Irradiance of the middle of the floor by bounced light, lx. */
 static struct estimate by_vpls(const struct rig *r, uint32_t tries)
 {
-    struct vpls v = {.n = 16384, .max_bounces = 63, .media = true, .scatters = true, .gloss = true, .tries = tries};
+    struct vpls v = {
+        .n = TEST_EFFORT(16384), .max_bounces = 63, .media = true, .scatters = true, .gloss = true, .tries = tries};
     struct lum_gather_points pts = {0};
     vpls_add_point(&pts, rig_to_scene(r, 0, 0, 0), lum_v3(0, 1, 0));
     double sum = 0.0, square = 0.0;
@@ -108,9 +110,9 @@ static void floor_below_a_cloud(void **state)
         double want = path.mean - direct(cases[i].sigma_s, cases[i].sun), error = hypot(vpls.stderr, path.stderr);
         print_message("sigma_s %g, g %g: %.2f +- %.2f lx, by paths %.2f +- %.2f\n", (double)cases[i].sigma_s,
                       (double)cases[i].g, vpls.mean, vpls.stderr, want, path.stderr);
-        if (!(fabs(vpls.mean - want) <= 4.0 * error))
+        if (TEST_TELLS && !(fabs(vpls.mean - want) <= 4.0 * error))
             fail_msg("%.3f lx, by paths %.3f, standard error %.3f", vpls.mean, want, error);
-        assert_true(error < 0.05 * want); /* or it says nothing */
+        assert_true(!TEST_TELLS || error < 0.05 * want); /* or it says nothing */
         rig_end(&r);
     }
 }

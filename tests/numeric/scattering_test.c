@@ -6,6 +6,7 @@
 
 #include "core/medium/collide.h"
 #include "tests/numeric/stats.h"
+#include "tests/support/effort.h"
 
 static void set_path(struct rig *r)
 {
@@ -21,6 +22,7 @@ struct estimate {
 /* n samples of each of the 64 pixels; the standard error is that of their passes. */
 static struct estimate mean_of_passes(struct rig *r, uint32_t n)
 {
+    n = TEST_EFFORT(n);
     double before[3] = {0}, sum[3] = {0}, square[3] = {0};
     r->settings.max_spp = n;
     for (uint32_t i = 1; i <= n; i++) {
@@ -45,6 +47,8 @@ static struct estimate mean_of_passes(struct rig *r, uint32_t n)
 /* error_max: what the standard error may be of want at most, or the test would say little. */
 static void check(const char *what, const struct estimate *e, const double want[3], double error_max)
 {
+    if (!TEST_TELLS)
+        return;
     for (int k = 0; k < 3; k++) {
         if (!(fabs(e->mean[k] - want[k]) <= 4.0 * e->stderr[k] + 1e-4 * want[k]))
             fail_msg("%s, colour %d: %.6f +- %.6f, not %.6f", what, k, e->mean[k], e->stderr[k], want[k]);
@@ -281,7 +285,7 @@ static void cube_beside_a_panel(void **state)
     double want[3];
     for (int k = 0; k < 3; k++) {
         double stderr_of_walk;
-        want[k] = walk(k, 400000, &stderr_of_walk);
+        want[k] = walk(k, TEST_EFFORT(400000), &stderr_of_walk);
         e.stderr[k] = hypot(e.stderr[k], stderr_of_walk); /* what the two may differ by */
     }
     check("cube", &e, want, 0.02);
@@ -309,7 +313,7 @@ static void thin_fog_scatters_once(void **state)
         share[i] = mean[0] / mean[1] - 1.0;
     }
     /* Of the order of the depths of the ways: 20 m to the wall, and as much around. */
-    assert_true(fabs(share[0]) < 0.01 && share[1] > 0.01 && share[1] < 0.4);
+    assert_true(!TEST_TELLS || (fabs(share[0]) < 0.01 && share[1] > 0.01 && share[1] < 0.4));
 }
 
 /* NOTES H23: strengths that no path leaves, or that none is scattered by; phase functions like needles. rig_pass

@@ -372,7 +372,7 @@ static struct estimate path_traced(const struct rig *r, struct lum_vec3d at, str
 {
     struct lum_probe probe;
     uint64_t rays;
-    RIG_OK(lum_probe_at(r->pool, r->snapshot, at, n, 1 << 16, 1, &probe, &rays, &err));
+    RIG_OK(lum_probe_at(r->pool, r->snapshot, at, n, 1 << 15, 1, &probe, &rays, &err));
     return (struct estimate){probe.illuminance_lx, probe.stderr_lx};
 }
 
@@ -381,7 +381,7 @@ static struct estimate gathered(const struct rig *r, struct lum_vec3d at, struct
     struct mean mean = {0};
     struct lum_gather_points pts = {0};
     vpls_add_point(&pts, rig_to_scene(r, at.x, at.y, at.z), n);
-    for (uint32_t seed = 0; seed < (tries > 1 ? 32 : 16); seed++) { /* fewer VPLs, more draws */
+    for (uint32_t seed = 0; seed < 16; seed++) { /* fewer VPLs, more draws */
         struct vpls v = {.n = tries > 1 ? 2048 : 4096,
                          .max_bounces = LUM_DEPTH_DEFAULT - 1,
                          .seed = seed,
@@ -450,12 +450,13 @@ static void sunny_hall(struct rig *r)
     rig_commit(r);
 }
 
-/* VPLs below the roof and their flux, mean of some seeds. */
+/* VPLs below the roof and their flux, mean of some seeds: of eight tries, which are as many times dearer and have a
+ * tenth of the error, a quarter. */
 static void count_inside(const struct rig *r, uint32_t n_vpls, uint32_t tries, struct mean *ret_n,
                          struct mean *ret_flux)
 {
     *ret_n = *ret_flux = (struct mean){0};
-    for (uint32_t seed = 0; seed < 16384 / n_vpls; seed++) {
+    for (uint32_t seed = 0; seed < (tries > 1 ? 4096 : 16384) / n_vpls; seed++) {
         struct vpls v = {.n = n_vpls, .max_bounces = 4, .seed = seed, .tries = tries};
         double n = 0.0, flux = 0.0;
         vpls_update(&v, r);
@@ -487,7 +488,8 @@ static void tries_go_where_there_is_something_to_light(void **state)
                       n_eight.mean, one.mean, mean_stderr(&one), eight.mean, mean_stderr(&eight));
         assert_true(n_one.mean > 0.0 && n_eight.mean > 4.0 * n_one.mean);
         assert_true(fabs(one.mean - eight.mean) < tolerance);
-        assert_true(mean_stderr(&eight) < 0.6 * mean_stderr(&one)); /* 8 times as many: 0.35 of the error */
+        /* 8 times as many: 0.35 of the error of as many seeds */
+        assert_true(0.5 * mean_stderr(&eight) < 0.6 * mean_stderr(&one));
     }
     rig_end(&r);
 }

@@ -116,7 +116,9 @@ static void undo_and_redo_bring_the_picture_back(void **state)
     static uint8_t first[W * H * 4], moved[W * H * 4], undone[W * H * 4], redone[W * H * 4];
     static const char *const edits[] = {
         "[{\"op\":\"set\",\"id\":\"floor\",\"path\":\"/transform/translate\",\"value\":[0,0.5,0]}]",
-        "[{\"op\":\"add\",\"type\":\"medium\",\"id\":\"fog\",\"sigma_s\":[0.1,0.2,0.3]}]",
+        /* in a box: through fog everywhere each path goes on for all of its segments */
+        "[{\"op\":\"add\",\"type\":\"medium\",\"id\":\"fog\",\"sigma_s\":[0.1,0.2,0.3],"
+        "\"box\":{\"min\":[-1,0,-1],\"max\":[1,1,1]}}]",
         "[{\"op\":\"set\",\"id\":\"fog\",\"path\":\"/g\",\"value\":0.9}]",
         "[{\"op\":\"remove\",\"id\":\"fog\"}]",
     };
