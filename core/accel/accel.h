@@ -33,9 +33,19 @@ bool lum_device_traces_singly(const struct lum_device *device);
 const char *lum_accel_library(void); /* "Embree 3.13.5": the one compiled against, for lumend --version */
 const char *lum_device_version(const struct lum_device *device); /* "Embree 3.13.5" */
 
-/* positions: 3 * n_vertices floats, indices: 3 * n_triangles (all < n_vertices, finite: the scene checked). Copied. */
-LUM_MUST_USE enum lum_status lum_accel_mesh_create(struct lum_device *device, const float *positions,
-                                                   uint32_t n_vertices, const uint32_t *indices, uint32_t n_triangles,
+/* Triangles as whoever made them and the ray tracer share them: nobody writes them once something is built of them. */
+struct lum_triangles {
+    struct lum_refs refs;
+    float *positions;  /* 3 per vertex, finite */
+    uint32_t *indices; /* 3 per triangle, all < n_vertices */
+    uint32_t n_vertices, n_triangles;
+};
+struct lum_triangles *lum_triangles_create(uint32_t n_vertices, uint32_t n_triangles); /* zeros; NULL: no memory */
+struct lum_triangles *lum_triangles_ref(struct lum_triangles *triangles);
+void lum_triangles_unref(struct lum_triangles *triangles); /* accepts NULL */
+
+/* Of at least one triangle. Deforming: of a copy. */
+LUM_MUST_USE enum lum_status lum_accel_mesh_create(struct lum_device *device, struct lum_triangles *triangles,
                                                    bool deforming, struct lum_accel_mesh **ret_mesh,
                                                    struct lum_error *err);
 /* Same topology, new positions: refits in place. The caller must hold the only reference. */

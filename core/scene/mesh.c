@@ -14,6 +14,8 @@
 struct mesh_build {
     const struct lum_mesh_desc *desc;
     struct lum_mesh *mesh;
+    struct lum_triangles *triangles; /* the mesh's */
+    uint8_t *used;                   /* per vertex: a triangle that is kept has it */
     uint64_t dropped;
 };
 
@@ -28,13 +30,12 @@ void lum_mesh_unref(struct lum_mesh *mesh)
     if (!mesh || !lum_refs_put(&mesh->refs))
         return;
     lum_accel_mesh_unref(mesh->accel);
-    lum_free(mesh->positions);
+    lum_triangles_unref(mesh->triangles);
     lum_free(mesh->normals);
     lum_free(mesh->uvs);
     lum_free(mesh->tangents);
     lum_free(mesh->tangent_signs);
     lum_free(mesh->colors);
-    lum_free(mesh->indices);
     lum_free(mesh);
 }
 
@@ -52,12 +53,13 @@ static bool in_range(struct lum_vec3d p)
     return fabs(p.x) <= LUM_LENGTH_MAX && fabs(p.y) <= LUM_LENGTH_MAX && fabs(p.z) <= LUM_LENGTH_MAX;
 }
 
-/* Largest component of cross(b - a, c - a): zero for a triangle without area. */
-static double cross_magnitude(const struct lum_vec3d p[3])
+/* Is a component of cross(b - a, c - a) at least that large? Not denormal, which threads may read as 0. */
+static bool has_area(const struct lum_vec3d p[3], double least)
 {
     struct lum_vec3d e = {p[1].x - p[0].x, p[1].y - p[0].y, p[1].z - p[0].z};
     struct lum_vec3d f = {p[2].x - p[0].x, p[2].y - p[0].y, p[2].z - p[0].z};
-    return fmax(fabs(e.y * f.z - e.z * f.y), fmax(fabs(e.z * f.x - e.x * f.z), fabs(e.x * f.y - e.y * f.x)));
+    return (fabs(e.y * f.z - e.z * f.y) >= least) | (fabs(e.z * f.x - e.x * f.z) >= least) |
+           (fabs(e.x * f.y - e.y * f.x) >= least);
 }
 
 /* A deforming mesh keeps triangles that have no area in this pose: they may open in the next. */
@@ -73,26 +75,42 @@ static bool triangle_usable(const struct lum_mesh_desc *d, const uint32_t *t)
         if (!in_range(p[k]))
             return false;
     }
-    return d->deforming || cross_magnitude(p) > 0.0;
+    return d->deforming || has_area(p, DBL_MIN);
+}
+
+static void keep(struct mesh_build *b, uint32_t kept, const uint32_t *t)
+{
+    memmove(b->triangles->indices + 3 * (size_t)kept, t, 3 * sizeof *t);
+    b->used[t[0]] = b->used[t[1]] = b->used[t[2]] = 1;
 }
 
 static void keep_usable_triangles(struct mesh_build *b)
 {
-    struct lum_mesh *mesh = b->mesh;
-    mesh->n_triangles = 0;
-    for (uint32_t i = 0; i < b->desc->n_triangles; i++) {
+    uint32_t kept = 0, n = b->desc->n_triangles;
+    for (uint32_t i = 0; i < n; i++) {
         const uint32_t *t = b->desc->indices + 3 * (size_t)i;
         if (triangle_usable(b->desc, t))
-            memcpy(mesh->indices + 3 * (size_t)mesh->n_triangles++, t, 3 * sizeof *t);
-        else
-            b->dropped++;
+            keep(b, kept++, t);
     }
+    b->dropped += n - kept;
+    b->triangles->n_triangles = kept;
+}
+
+/* Numbers: fmin and fmax, which are calls, would look for what is none. */
+static double least(double a, double b)
+{
+    return b < a ? b : a;
+}
+
+static double most(double a, double b)
+{
+    return b > a ? b : a;
 }
 
 static void grow(struct lum_vec3d *lo, struct lum_vec3d *hi, struct lum_vec3d p)
 {
-    *lo = (struct lum_vec3d){fmin(lo->x, p.x), fmin(lo->y, p.y), fmin(lo->z, p.z)};
-    *hi = (struct lum_vec3d){fmax(hi->x, p.x), fmax(hi->y, p.y), fmax(hi->z, p.z)};
+    *lo = (struct lum_vec3d){least(lo->x, p.x), least(lo->y, p.y), least(lo->z, p.z)};
+    *hi = (struct lum_vec3d){most(hi->x, p.x), most(hi->y, p.y), most(hi->z, p.z)};
 }
 
 /* Nearest multiple of a power of two: a centre with few bits, so that subtracting it is exact for nearby positions. */
@@ -105,16 +123,18 @@ static double snap(double x, double grid)
 static struct lum_affined place_mesh(const struct mesh_build *b)
 {
     struct lum_vec3d lo = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-    for (size_t i = 0; i < 3 * (size_t)b->mesh->n_triangles; i++)
-        grow(&lo, &hi, given_position(b->desc, b->mesh->indices[i]));
+    for (uint32_t i = 0; i < b->desc->n_vertices; i++)
+        if (b->used[i])
+            grow(&lo, &hi, given_position(b->desc, i));
+    bool any = b->triangles->n_triangles > 0;
     double extent = fmax(hi.x - lo.x, fmax(hi.y - lo.y, hi.z - lo.z));
     int exponent = 0;
-    if (b->mesh->n_triangles && extent > 0.0)
+    if (any && extent > 0.0)
         frexp(extent, &exponent);
     exponent = exponent < -60 ? -60 : exponent; /* smaller than 1e-18 m: stays small, never overflows */
     double unit = ldexp(1.0, exponent - 1), grid = ldexp(1.0, exponent - 16);
     struct lum_affined m = {{{unit, 0, 0, 0}, {0, unit, 0, 0}, {0, 0, unit, 0}}};
-    if (b->mesh->n_triangles) {
+    if (any) {
         m.m[0][3] = snap(0.5 * (lo.x + hi.x), grid);
         m.m[1][3] = snap(0.5 * (lo.y + hi.y), grid);
         m.m[2][3] = snap(0.5 * (lo.z + hi.z), grid);
@@ -126,11 +146,13 @@ static struct lum_affined place_mesh(const struct mesh_build *b)
 static bool placement_serves(const struct lum_affined *m, const struct mesh_build *b)
 {
     double largest = 0.0;
-    for (size_t i = 0; i < 3 * (size_t)b->mesh->n_triangles; i++) {
-        struct lum_vec3d p = given_position(b->desc, b->mesh->indices[i]);
-        largest = fmax(largest, fabs(p.x - m->m[0][3]));
-        largest = fmax(largest, fabs(p.y - m->m[1][3]));
-        largest = fmax(largest, fabs(p.z - m->m[2][3]));
+    for (uint32_t i = 0; i < b->desc->n_vertices; i++) {
+        if (!b->used[i])
+            continue;
+        struct lum_vec3d p = given_position(b->desc, i);
+        largest = most(largest, fabs(p.x - m->m[0][3]));
+        largest = most(largest, fabs(p.y - m->m[1][3]));
+        largest = most(largest, fabs(p.z - m->m[2][3]));
     }
     return largest <= 4.0 * m->m[0][0] && largest >= 0.125 * m->m[0][0];
 }
@@ -144,7 +166,7 @@ static void localise_positions(struct mesh_build *b)
         p = (struct lum_vec3d){(p.x - m->m[0][3]) * scale, (p.y - m->m[1][3]) * scale, (p.z - m->m[2][3]) * scale};
         if (!(fabs(p.x) <= 8.0 && fabs(p.y) <= 8.0 && fabs(p.z) <= 8.0))
             p = (struct lum_vec3d){0, 0, 0}; /* belongs to no triangle that was kept */
-        float *out = b->mesh->positions + 3 * (size_t)i;
+        float *out = b->triangles->positions + 3 * (size_t)i;
         out[0] = (float)p.x;
         out[1] = (float)p.y;
         out[2] = (float)p.z;
@@ -154,33 +176,33 @@ static void localise_positions(struct mesh_build *b)
 /* Drops what rounding to float left without area: Embree works with denormals flushed to zero. */
 static void drop_flat_triangles(struct mesh_build *b)
 {
-    struct lum_mesh *mesh = b->mesh;
-    uint32_t kept = 0;
-    for (uint32_t i = 0; i < mesh->n_triangles; i++) {
-        const uint32_t *t = mesh->indices + 3 * (size_t)i;
+    struct lum_triangles *r = b->triangles;
+    uint32_t kept = 0, n = r->n_triangles;
+    memset(b->used, 0, r->n_vertices);
+    for (uint32_t i = 0; i < n; i++) {
+        const uint32_t *t = r->indices + 3 * (size_t)i;
         struct lum_vec3d p[3];
         for (int k = 0; k < 3; k++) {
-            const float *v = mesh->positions + 3 * (size_t)t[k];
+            const float *v = r->positions + 3 * (size_t)t[k];
             p[k] = (struct lum_vec3d){(double)v[0], (double)v[1], (double)v[2]};
         }
-        if (mesh->deforming || cross_magnitude(p) >= (double)FLT_MIN)
-            memmove(mesh->indices + 3 * (size_t)kept++, t, 3 * sizeof *t);
-        else
-            b->dropped++;
+        if (b->desc->deforming || has_area(p, (double)FLT_MIN))
+            keep(b, kept++, t);
     }
-    mesh->n_triangles = kept;
+    b->dropped += n - kept;
+    r->n_triangles = kept;
 }
 
-static void find_local_bounds(struct lum_mesh *mesh)
+static void find_local_bounds(struct mesh_build *b)
 {
-    struct lum_vec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
-    for (size_t i = 0; i < 3 * (size_t)mesh->n_triangles; i++) {
-        const float *p = mesh->positions + 3 * (size_t)mesh->indices[i];
-        lo = lum_v3(fminf(lo.x, p[0]), fminf(lo.y, p[1]), fminf(lo.z, p[2]));
-        hi = lum_v3(fmaxf(hi.x, p[0]), fmaxf(hi.y, p[1]), fmaxf(hi.z, p[2]));
+    struct lum_vec3d lo = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    for (uint32_t i = 0; i < b->triangles->n_vertices; i++) {
+        const float *p = b->triangles->positions + 3 * (size_t)i;
+        if (b->used[i])
+            grow(&lo, &hi, (struct lum_vec3d){(double)p[0], (double)p[1], (double)p[2]});
     }
-    mesh->bounds_lo = lo;
-    mesh->bounds_hi = hi;
+    b->mesh->bounds_lo = lum_v3((float)lo.x, (float)lo.y, (float)lo.z);
+    b->mesh->bounds_hi = lum_v3((float)hi.x, (float)hi.y, (float)hi.z);
 }
 
 /* One that is no direction becomes zero: there uvs say which way it runs. */
@@ -233,9 +255,8 @@ static struct lum_mesh *mesh_alloc(const struct lum_mesh_desc *d)
     lum_refs_init(&mesh->refs);
     mesh->n_vertices = d->n_vertices;
     mesh->deforming = d->deforming;
-    mesh->positions = lum_calloc(d->n_vertices, 3 * sizeof(float));
-    mesh->indices = lum_calloc(d->n_triangles, 3 * sizeof(uint32_t));
-    bool ok = mesh->positions && mesh->indices;
+    mesh->triangles = lum_triangles_create(d->n_vertices, d->n_triangles);
+    bool ok = mesh->triangles != NULL;
     if (d->normals)
         ok &= (mesh->normals = lum_calloc(d->n_vertices, 3 * sizeof(float))) != NULL;
     if (d->uvs)
@@ -256,16 +277,21 @@ static struct lum_mesh *mesh_alloc(const struct lum_mesh_desc *d)
 static enum lum_status mesh_make(struct mesh_build *b, const struct lum_mesh *previous, struct lum_error *err)
 {
     b->mesh = mesh_alloc(b->desc);
-    if (!b->mesh)
+    b->used = b->mesh ? lum_calloc(b->desc->n_vertices, 1) : NULL;
+    if (!b->used)
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for a mesh of %u triangles", b->desc->n_triangles);
+    b->triangles = b->mesh->triangles;
     keep_usable_triangles(b);
     bool keep_place =
         previous && previous->deforming && b->desc->deforming && placement_serves(&previous->local_to_given, b);
     b->mesh->local_to_given = keep_place ? previous->local_to_given : place_mesh(b);
     localise_positions(b);
     drop_flat_triangles(b);
-    find_local_bounds(b->mesh);
+    find_local_bounds(b);
     copy_attributes(b);
+    b->mesh->positions = b->triangles->positions;
+    b->mesh->indices = b->triangles->indices;
+    b->mesh->n_triangles = b->triangles->n_triangles;
     return LUM_OK;
 }
 
@@ -293,8 +319,7 @@ static enum lum_status mesh_accelerate(struct lum_scene *scene, struct lum_mesh_
         entry->spare = NULL;
         return status;
     }
-    return lum_accel_mesh_create(scene->device, mesh->positions, mesh->n_vertices, mesh->indices, mesh->n_triangles,
-                                 mesh->deforming, &mesh->accel, err);
+    return lum_accel_mesh_create(scene->device, mesh->triangles, mesh->deforming, &mesh->accel, err);
 }
 
 enum lum_status lum_scene_put_mesh(struct lum_scene *scene, const char *id, const struct lum_mesh_desc *desc,
@@ -311,6 +336,7 @@ enum lum_status lum_scene_put_mesh(struct lum_scene *scene, const char *id, cons
     struct lum_mesh_entry *entry = (struct lum_mesh_entry *)base;
     struct mesh_build b = {.desc = desc};
     status = mesh_make(&b, entry->mesh, err);
+    lum_free(b.used);
     if (status == LUM_OK)
         status = mesh_accelerate(scene, entry, b.mesh, err);
     if (status != LUM_OK) {

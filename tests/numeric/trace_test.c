@@ -392,8 +392,7 @@ static void refit_equals_rebuild(void **state)
         refitted = hits;
         struct lum_accel_mesh *fresh = NULL;
         const struct lum_mesh *mesh = s->instances[0].mesh;
-        CHECK_OK(lum_accel_mesh_create(f->device, mesh->positions, mesh->n_vertices, mesh->indices, mesh->n_triangles,
-                                       false, &fresh, err));
+        CHECK_OK(lum_accel_mesh_create(f->device, mesh->triangles, false, &fresh, err));
         struct lum_accel_instance instance = {fresh, s->instances[0].local_to_scene};
         struct lum_accel_top *top = NULL;
         CHECK_OK(lum_accel_top_create(f->device, &instance, 1, NULL, 0, &top, err));
