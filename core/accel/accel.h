@@ -44,10 +44,16 @@ struct lum_triangles *lum_triangles_create(uint32_t n_vertices, uint32_t n_trian
 struct lum_triangles *lum_triangles_ref(struct lum_triangles *triangles);
 void lum_triangles_unref(struct lum_triangles *triangles); /* accepts NULL */
 
-/* Of at least one triangle. Deforming: of a copy. */
+/* Which hits there are does not hang on it. */
+enum lum_tree {
+    LUM_TREE_FAST,  /* to trace */
+    LUM_TREE_QUICK, /* to make: a fifth of the time, and half the memory */
+    LUM_TREE_REFIT, /* again and again: of a copy of the positions */
+};
+/* Of at least one triangle. stop, or NULL: once it reads true the call gives up, LUM_ERR_CANCELLED. Thread: any. */
 LUM_MUST_USE enum lum_status lum_accel_mesh_create(struct lum_device *device, struct lum_triangles *triangles,
-                                                   bool deforming, struct lum_accel_mesh **ret_mesh,
-                                                   struct lum_error *err);
+                                                   enum lum_tree tree, const _Atomic bool *stop,
+                                                   struct lum_accel_mesh **ret_mesh, struct lum_error *err);
 /* Same topology, new positions: refits in place. The caller must hold the only reference. */
 LUM_MUST_USE enum lum_status lum_accel_mesh_refit(struct lum_accel_mesh *mesh, const float *positions,
                                                   struct lum_error *err);

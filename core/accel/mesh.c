@@ -1,5 +1,6 @@
-/* One mesh: a scene with a single triangle geometry. Rigid meshes get the MEDIUM builder; deforming ones a BVH that is
- * refitted bottom-up when the positions change, which costs a hundredth of a rebuild. */
+/* One mesh: a scene with a single triangle geometry. Rigid meshes get the MEDIUM builder, or at first the Morton
+ * builder and leaves that refer to the corners; deforming ones a BVH that is refitted bottom-up when the positions
+ * change, which costs a hundredth of a rebuild. */
 #include "core/accel/embree.h"
 
 #include <string.h>
@@ -65,8 +66,45 @@ static void mesh_destroy(struct lum_accel_mesh *mesh)
     lum_free(mesh);
 }
 
-enum lum_status lum_accel_mesh_create(struct lum_device *device, struct lum_triangles *triangles, bool deforming,
-                                      struct lum_accel_mesh **ret_mesh, struct lum_error *err)
+static const struct {
+    enum RTCSceneFlags flags;
+    enum RTCBuildQuality scene, geometry;
+} trees[] = {
+    [LUM_TREE_FAST] = {RTC_SCENE_FLAG_NONE, RTC_BUILD_QUALITY_MEDIUM, RTC_BUILD_QUALITY_MEDIUM},
+    [LUM_TREE_QUICK] = {RTC_SCENE_FLAG_COMPACT, RTC_BUILD_QUALITY_LOW, RTC_BUILD_QUALITY_LOW},
+    [LUM_TREE_REFIT] = {RTC_SCENE_FLAG_DYNAMIC, RTC_BUILD_QUALITY_LOW, RTC_BUILD_QUALITY_REFIT},
+};
+
+static bool goes_on(void *stop, double done)
+{
+    (void)done;
+    return !atomic_load_explicit((const _Atomic bool *)stop, memory_order_relaxed);
+}
+
+static enum lum_status build(struct lum_accel_mesh *mesh, enum lum_tree tree, const _Atomic bool *stop,
+                             struct lum_error *err)
+{
+    rtcSetSceneFlags(mesh->scene, RTC_SCENE_FLAG_ROBUST | LUM_SCENE_FLAG_FILTER | trees[tree].flags);
+    rtcSetSceneBuildQuality(mesh->scene, trees[tree].scene);
+    rtcSetGeometryBuildQuality(mesh->geometry, trees[tree].geometry);
+    rtcSetGeometryMask(mesh->geometry, LUM_MASK_ALL);
+#if RTC_VERSION_MAJOR >= 4
+    rtcSetGeometryEnableFilterFunctionFromArguments(mesh->geometry, true);
+#endif
+    if (stop)
+        rtcSetSceneProgressMonitorFunction(mesh->scene, goes_on, (void *)(uintptr_t)stop);
+    rtcCommitGeometry(mesh->geometry);
+    rtcAttachGeometryByID(mesh->scene, mesh->geometry, 0);
+    rtcCommitScene(mesh->scene);
+    enum lum_status status = lum_device_check(mesh->device, "mesh build", err);
+    rtcSetSceneProgressMonitorFunction(mesh->scene, NULL, NULL);
+    if (status && stop && atomic_load(stop))
+        return lum_fail(err, LUM_ERR_CANCELLED, "", "the building of a mesh was stopped");
+    return status;
+}
+
+enum lum_status lum_accel_mesh_create(struct lum_device *device, struct lum_triangles *triangles, enum lum_tree tree,
+                                      const _Atomic bool *stop, struct lum_accel_mesh **ret_mesh, struct lum_error *err)
 {
     struct lum_accel_mesh *mesh = lum_calloc(1, sizeof *mesh);
     if (!mesh)
@@ -81,21 +119,9 @@ enum lum_status lum_accel_mesh_create(struct lum_device *device, struct lum_tria
         lum_fail(err, status, "", "out of memory for a mesh");
         goto fail;
     }
-    status = set_buffers(mesh, deforming, err);
-    if (status != LUM_OK)
-        goto fail;
-    rtcSetSceneFlags(mesh->scene, RTC_SCENE_FLAG_ROBUST | LUM_SCENE_FLAG_FILTER |
-                                      (deforming ? RTC_SCENE_FLAG_DYNAMIC : RTC_SCENE_FLAG_NONE));
-    rtcSetSceneBuildQuality(mesh->scene, deforming ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
-    rtcSetGeometryBuildQuality(mesh->geometry, deforming ? RTC_BUILD_QUALITY_REFIT : RTC_BUILD_QUALITY_MEDIUM);
-    rtcSetGeometryMask(mesh->geometry, LUM_MASK_ALL);
-#if RTC_VERSION_MAJOR >= 4
-    rtcSetGeometryEnableFilterFunctionFromArguments(mesh->geometry, true);
-#endif
-    rtcCommitGeometry(mesh->geometry);
-    rtcAttachGeometryByID(mesh->scene, mesh->geometry, 0);
-    rtcCommitScene(mesh->scene);
-    status = lum_device_check(device, "mesh build", err);
+    status = set_buffers(mesh, tree == LUM_TREE_REFIT, err);
+    if (status == LUM_OK)
+        status = build(mesh, tree, stop, err);
     if (status != LUM_OK)
         goto fail;
     *ret_mesh = mesh;

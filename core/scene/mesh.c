@@ -288,6 +288,7 @@ static enum lum_status mesh_make(struct mesh_build *b, const struct lum_mesh *pr
     localise_positions(b);
     drop_flat_triangles(b);
     find_local_bounds(b);
+    lum_free(b->used);
     copy_attributes(b);
     b->mesh->positions = b->triangles->positions;
     b->mesh->indices = b->triangles->indices;
@@ -302,13 +303,21 @@ static bool same_topology(const struct lum_mesh *a, const struct lum_mesh *b)
            memcmp(a->indices, b->indices, (size_t)a->n_triangles * 3 * sizeof(uint32_t)) == 0;
 }
 
+/* Of a mesh that does not deform, or whose topology is new. */
+static enum lum_status build_tree(const struct lum_scene *scene, struct lum_mesh *mesh, struct lum_error *err)
+{
+    mesh->quick = scene->hurry && !mesh->deforming && mesh->n_triangles >= LUM_SCENE_QUICK_TRIANGLES;
+    enum lum_tree tree = mesh->deforming ? LUM_TREE_REFIT : mesh->quick ? LUM_TREE_QUICK : LUM_TREE_FAST;
+    if (mesh->n_triangles == 0)
+        return LUM_OK; /* every triangle was dropped: there is nothing to hit */
+    return lum_accel_mesh_create(scene->device, mesh->triangles, tree, NULL, &mesh->accel, err);
+}
+
 /* A deforming mesh alternates between two structures: readers hold the newer one, the older one is refitted when nobody
  * reads it any more, else a new one is built. */
 static enum lum_status mesh_accelerate(struct lum_scene *scene, struct lum_mesh_entry *entry, struct lum_mesh *mesh,
                                        struct lum_error *err)
 {
-    if (mesh->n_triangles == 0)
-        return LUM_OK; /* every triangle was dropped: there is nothing to hit */
     bool can_refit = entry->mesh && same_topology(entry->mesh, mesh);
     if (can_refit && entry->spare && lum_accel_mesh_unique(entry->spare)) {
         enum lum_status status = lum_accel_mesh_refit(entry->spare, mesh->positions, err);
@@ -319,37 +328,121 @@ static enum lum_status mesh_accelerate(struct lum_scene *scene, struct lum_mesh_
         entry->spare = NULL;
         return status;
     }
-    return lum_accel_mesh_create(scene->device, mesh->triangles, mesh->deforming, &mesh->accel, err);
+    return build_tree(scene, mesh, err);
+}
+
+/* The mesh passes over. */
+static void keep_mesh(struct lum_scene *scene, struct lum_entry *base, struct mesh_build *b)
+{
+    struct lum_mesh_entry *entry = (struct lum_mesh_entry *)base;
+    lum_accel_mesh_unref(entry->spare);
+    bool keep_spare = entry->mesh && same_topology(entry->mesh, b->mesh);
+    entry->spare = keep_spare ? lum_accel_mesh_ref(entry->mesh->accel) : NULL;
+    lum_mesh_unref(entry->mesh);
+    entry->mesh = b->mesh;
+    scene->dropped_triangles += b->dropped;
+    scene->has_quick |= b->mesh->quick;
+    lum_table_keep(&scene->tables[LUM_ENTITY_MESH], base);
+}
+
+static enum lum_status open_entry(struct lum_scene *scene, const char *id, struct lum_entry **ret_entry,
+                                  struct lum_error *err)
+{
+    return lum_table_open(&scene->tables[LUM_ENTITY_MESH], id, sizeof(struct lum_mesh_entry), ret_entry, err);
 }
 
 enum lum_status lum_scene_put_mesh(struct lum_scene *scene, const char *id, const struct lum_mesh_desc *desc,
                                    struct lum_error *err)
 {
-    enum lum_status status = check_desc(desc, err);
-    if (status != LUM_OK)
-        return status;
-    struct lum_table *table = &scene->tables[LUM_ENTITY_MESH];
     struct lum_entry *base = NULL;
-    status = lum_table_open(table, id, sizeof(struct lum_mesh_entry), &base, err);
+    enum lum_status status = check_desc(desc, err);
+    if (status == LUM_OK)
+        status = open_entry(scene, id, &base, err);
     if (status != LUM_OK)
         return status;
     struct lum_mesh_entry *entry = (struct lum_mesh_entry *)base;
     struct mesh_build b = {.desc = desc};
     status = mesh_make(&b, entry->mesh, err);
-    lum_free(b.used);
     if (status == LUM_OK)
         status = mesh_accelerate(scene, entry, b.mesh, err);
-    if (status != LUM_OK) {
-        lum_mesh_unref(b.mesh);
-        lum_table_drop(table, base);
-        return status;
+    if (status == LUM_OK) {
+        keep_mesh(scene, base, &b);
+        return LUM_OK;
     }
-    lum_accel_mesh_unref(entry->spare);
-    bool keep_spare = entry->mesh && same_topology(entry->mesh, b.mesh);
-    entry->spare = keep_spare ? lum_accel_mesh_ref(entry->mesh->accel) : NULL;
-    lum_mesh_unref(entry->mesh);
-    entry->mesh = b.mesh;
-    scene->dropped_triangles += b.dropped;
-    lum_table_keep(table, base);
+    lum_mesh_unref(b.mesh);
+    lum_table_drop(&scene->tables[LUM_ENTITY_MESH], base);
+    return status;
+}
+
+/* ---- beside the scene ---- */
+
+enum lum_status lum_scene_make_mesh(const struct lum_scene *scene, const struct lum_mesh_desc *desc,
+                                    struct lum_made_mesh *ret_made, struct lum_error *err)
+{
+    struct mesh_build b = {.desc = desc};
+    enum lum_status status = check_desc(desc, err);
+    if (status == LUM_OK)
+        status = mesh_make(&b, NULL, err);
+    if (status == LUM_OK)
+        status = build_tree(scene, b.mesh, err);
+    if (status == LUM_OK)
+        *ret_made = (struct lum_made_mesh){b.mesh, b.dropped};
+    else
+        lum_mesh_unref(b.mesh);
+    return status;
+}
+
+void lum_made_mesh_finish(struct lum_made_mesh *made)
+{
+    lum_mesh_unref(made->mesh);
+    *made = (struct lum_made_mesh){0};
+}
+
+enum lum_status lum_scene_put_made_mesh(struct lum_scene *scene, const char *id, struct lum_made_mesh *made,
+                                        struct lum_error *err)
+{
+    struct lum_entry *base = NULL;
+    enum lum_status status = open_entry(scene, id, &base, err);
+    if (status != LUM_OK)
+        return status;
+    struct mesh_build b = {.mesh = made->mesh, .dropped = made->dropped};
+    *made = (struct lum_made_mesh){0};
+    keep_mesh(scene, base, &b);
     return LUM_OK;
+}
+
+void lum_scene_hurry(struct lum_scene *scene, bool hurry)
+{
+    scene->hurry = hurry;
+}
+
+static struct lum_mesh *mesh_at(const struct lum_scene *scene, uint32_t i)
+{
+    return ((struct lum_mesh_entry *)scene->tables[LUM_ENTITY_MESH].rows[i])->mesh;
+}
+
+uint32_t lum_scene_quick_meshes(struct lum_scene *scene, struct lum_triangles **ret_triangles, uint32_t most)
+{
+    uint32_t n = 0;
+    for (uint32_t i = 0; scene->has_quick && i < scene->tables[LUM_ENTITY_MESH].n && n < most; i++)
+        if (mesh_at(scene, i)->quick)
+            ret_triangles[n++] = lum_triangles_ref(mesh_at(scene, i)->triangles);
+    scene->has_quick = n > 0;
+    return n;
+}
+
+/* Snapshots hold on to their own trees, and read no others. */
+void lum_scene_give_tree(struct lum_scene *scene, const struct lum_triangles *of, struct lum_accel_mesh *tree)
+{
+    for (uint32_t i = 0; i < scene->tables[LUM_ENTITY_MESH].n; i++) {
+        struct lum_mesh *mesh = mesh_at(scene, i);
+        if (mesh->triangles != of || !mesh->quick)
+            continue;
+        mesh->quick = false;
+        if (!tree)
+            continue;
+        lum_accel_mesh_unref(mesh->accel);
+        mesh->accel = lum_accel_mesh_ref(tree);
+        scene->new_trees = true;
+    }
 }

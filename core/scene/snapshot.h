@@ -52,7 +52,7 @@ struct lum_mesh {
     uint32_t n_vertices, n_triangles;
     struct lum_vec3 bounds_lo, bounds_hi; /* of the triangles; lo > hi when there is none */
     struct lum_affined local_to_given;    /* normalised local -> the coordinates that the client gave */
-    bool deforming;
+    bool deforming, quick;                /* quick: accel was made in a hurry */
 };
 
 struct lum_instance {
