@@ -56,7 +56,7 @@ LAYER_OF = {f"{folder}/{room}": i for folder, lines in LAYERS.items() for i, roo
 # third-party header prefix -> the only files that may include it
 ONLY_IN = {
     r"embree\d?/": r"core/accel/",
-    r"libwebsockets\.h": r"server/net/net(_http\.c|_internal\.h|\.c)|clients/replay/ws\.c",
+    r"libwebsockets\.h": r"server/net/net(_http\.c|_flow\.c|_internal\.h|\.c)|clients/replay/ws\.c",
     r"openexr\.h|OpenEXR/": r"core/image/",
     r"kiss_fft": r"core/metric/fft\.c",
     r"cjson/": r"protocol/|server/|clients/|tests/",

@@ -33,11 +33,27 @@ bool lum_device_traces_singly(const struct lum_device *device);
 const char *lum_accel_library(void); /* "Embree 3.13.5": the one compiled against, for lumend --version */
 const char *lum_device_version(const struct lum_device *device); /* "Embree 3.13.5" */
 
-/* positions: 3 * n_vertices floats, indices: 3 * n_triangles (all < n_vertices, finite: the scene checked). Copied. */
-LUM_MUST_USE enum lum_status lum_accel_mesh_create(struct lum_device *device, const float *positions,
-                                                   uint32_t n_vertices, const uint32_t *indices, uint32_t n_triangles,
-                                                   bool deforming, struct lum_accel_mesh **ret_mesh,
-                                                   struct lum_error *err);
+/* Triangles as whoever made them and the ray tracer share them: nobody writes them once something is built of them. */
+struct lum_triangles {
+    struct lum_refs refs;
+    float *positions;  /* 3 per vertex, finite */
+    uint32_t *indices; /* 3 per triangle, all < n_vertices */
+    uint32_t n_vertices, n_triangles;
+};
+struct lum_triangles *lum_triangles_create(uint32_t n_vertices, uint32_t n_triangles); /* zeros; NULL: no memory */
+struct lum_triangles *lum_triangles_ref(struct lum_triangles *triangles);
+void lum_triangles_unref(struct lum_triangles *triangles); /* accepts NULL */
+
+/* Which hits there are does not hang on it. */
+enum lum_tree {
+    LUM_TREE_FAST,  /* to trace */
+    LUM_TREE_QUICK, /* to make: a fifth of the time, and half the memory */
+    LUM_TREE_REFIT, /* again and again: of a copy of the positions */
+};
+/* Of at least one triangle. stop, or NULL: once it reads true the call gives up, LUM_ERR_CANCELLED. Thread: any. */
+LUM_MUST_USE enum lum_status lum_accel_mesh_create(struct lum_device *device, struct lum_triangles *triangles,
+                                                   enum lum_tree tree, const _Atomic bool *stop,
+                                                   struct lum_accel_mesh **ret_mesh, struct lum_error *err);
 /* Same topology, new positions: refits in place. The caller must hold the only reference. */
 LUM_MUST_USE enum lum_status lum_accel_mesh_refit(struct lum_accel_mesh *mesh, const float *positions,
                                                   struct lum_error *err);

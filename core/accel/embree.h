@@ -39,8 +39,8 @@ struct lum_accel_mesh {
     struct lum_device *device;
     RTCScene scene;
     RTCGeometry geometry;
-    float *positions; /* Embree's own buffer, 3 per vertex */
-    uint32_t n_vertices;
+    struct lum_triangles *triangles; /* what it is built of; deforming: but for the positions */
+    float *positions;                /* deforming: Embree's own buffer, 3 per vertex; else NULL */
 };
 
 struct lum_accel_top {

@@ -13,6 +13,8 @@ struct lum_image {
     enum lum_texel texel;
     uint32_t width, height;
     const void *pixels;
+    void (*release)(void *owner); /* of who lends the pixels; NULL: they are its own */
+    void *owner;
 };
 
 /* Bilinear, linear RGB(A); RGB32F reads alpha 1. uv (0,0) is the top left texel's corner, as in glTF. */

@@ -93,8 +93,10 @@ static enum lum_status share_or_build_top(struct commit *c, struct lum_error *er
     const struct lum_snapshot_parts *p = c->parts, *previous = c->last ? c->last->parts : NULL;
     if (previous && lum_instances_same_geometry(p->instances, previous->instances) &&
         same_emitter_shapes(p->lights, previous->lights)) {
+        c->shared_top = true; /* or one of the same */
+        if (c->scene->new_trees)
+            return build_top(c, err);
         c->next->top = lum_accel_top_ref(c->last->top);
-        c->shared_top = true;
         return LUM_OK;
     }
     return build_top(c, err);
@@ -341,6 +343,7 @@ enum lum_status lum_scene_commit(struct lum_scene *scene, uint64_t scene_rev, co
     publish(&c, scene_rev);
     lum_snapshot_unref(scene->last);
     scene->last = lum_snapshot_ref(c.next);
+    scene->new_trees = false;
     *ret_snapshot = c.next;
     return LUM_OK;
 }

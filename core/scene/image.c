@@ -5,6 +5,11 @@
 #include "core/light/environment.h"
 #include "core/scene/parts.h"
 
+struct lender {
+    void (*release)(void *owner);
+    void *owner;
+};
+
 struct lum_image *lum_image_ref(struct lum_image *image)
 {
     lum_refs_get(&image->refs);
@@ -15,7 +20,10 @@ void lum_image_unref(struct lum_image *image)
 {
     if (!image || !lum_refs_put(&image->refs))
         return;
-    lum_free((void *)image->pixels);
+    if (image->release)
+        image->release(image->owner);
+    else
+        lum_free((void *)image->pixels);
     lum_free(image);
 }
 
@@ -58,33 +66,44 @@ static uint64_t copy_float_texels(float *to, const float *from, size_t n)
     return dropped;
 }
 
-static enum lum_status image_create(const struct lum_image_desc *d, struct lum_image **ret_image,
-                                    uint64_t *inout_dropped, struct lum_error *err)
+/* NULL: memory is short. */
+static void *copy_pixels(const struct lum_image_desc *d, uint64_t *inout_dropped)
 {
     size_t texels = (size_t)d->width * d->height;
-    size_t texel_size = d->texel == LUM_TEXEL_RGB32F ? 3 * sizeof(float) : 4;
+    bool floats = d->texel == LUM_TEXEL_RGB32F;
+    void *pixels = lum_calloc(texels, floats ? 3 * sizeof(float) : 4);
+    if (pixels && floats)
+        *inout_dropped += copy_float_texels(pixels, d->pixels, 3 * texels);
+    else if (pixels)
+        memcpy(pixels, d->pixels, 4 * texels);
+    return pixels;
+}
+
+/* lender: NULL: of a copy. */
+static enum lum_status image_create(const struct lum_image_desc *d, const struct lender *lender,
+                                    struct lum_image **ret_image, uint64_t *inout_dropped, struct lum_error *err)
+{
     struct lum_image *image = lum_calloc(1, sizeof *image);
-    void *pixels = lum_calloc(texels, texel_size);
+    const void *pixels = image && !lender ? copy_pixels(d, inout_dropped) : d->pixels;
     if (!image || !pixels) {
         lum_free(image);
-        lum_free(pixels);
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for an image of %u x %u", d->width, d->height);
     }
-    if (d->texel == LUM_TEXEL_RGB32F)
-        *inout_dropped += copy_float_texels(pixels, d->pixels, 3 * texels);
-    else
-        memcpy(pixels, d->pixels, texels * texel_size);
     lum_refs_init(&image->refs);
     image->texel = d->texel;
     image->width = d->width;
     image->height = d->height;
     image->pixels = pixels;
+    if (lender) {
+        image->release = lender->release;
+        image->owner = lender->owner;
+    }
     *ret_image = image;
     return LUM_OK;
 }
 
-enum lum_status lum_scene_put_image(struct lum_scene *scene, const char *id, const struct lum_image_desc *desc,
-                                    struct lum_error *err)
+static enum lum_status put_image(struct lum_scene *scene, const char *id, const struct lum_image_desc *desc,
+                                 const struct lender *lender, struct lum_error *err)
 {
     enum lum_status status = check_desc(desc, err);
     if (status != LUM_OK)
@@ -95,7 +114,7 @@ enum lum_status lum_scene_put_image(struct lum_scene *scene, const char *id, con
     if (status != LUM_OK)
         return status;
     struct lum_image *image = NULL;
-    status = image_create(desc, &image, &scene->dropped_texels, err);
+    status = image_create(desc, lender, &image, &scene->dropped_texels, err);
     if (status != LUM_OK) {
         lum_table_drop(table, base);
         return status;
@@ -107,6 +126,20 @@ enum lum_status lum_scene_put_image(struct lum_scene *scene, const char *id, con
     entry->env = NULL;
     lum_table_keep(table, base);
     return LUM_OK;
+}
+
+enum lum_status lum_scene_put_image(struct lum_scene *scene, const char *id, const struct lum_image_desc *desc,
+                                    struct lum_error *err)
+{
+    return put_image(scene, id, desc, NULL, err);
+}
+
+enum lum_status lum_scene_share_image(struct lum_scene *scene, const char *id, const struct lum_image_desc *desc,
+                                      void (*release)(void *owner), void *owner, struct lum_error *err)
+{
+    if (desc->texel == LUM_TEXEL_RGB32F)
+        return lum_fail(err, LUM_ERR_INVALID, "texel", "cannot be shared");
+    return put_image(scene, id, desc, &(struct lender){release, owner}, err);
 }
 
 enum lum_status lum_image_entry_env(struct lum_image_entry *entry, struct lum_env_part **ret_env, struct lum_error *err)

@@ -15,6 +15,8 @@
 struct mesh_build {
     const struct lum_mesh_desc *desc;
     struct lum_mesh *mesh;
+    struct lum_triangles *triangles; /* the mesh's */
+    uint8_t *used;                   /* per vertex: a triangle that is kept has it */
     uint64_t dropped;
 };
 
@@ -29,13 +31,12 @@ void lum_mesh_unref(struct lum_mesh *mesh)
     if (!mesh || !lum_refs_put(&mesh->refs))
         return;
     lum_accel_mesh_unref(mesh->accel);
-    lum_free(mesh->positions);
+    lum_triangles_unref(mesh->triangles);
     lum_free(mesh->normals);
     lum_free(mesh->uvs);
     lum_free(mesh->tangents);
     lum_free(mesh->tangent_signs);
     lum_free(mesh->colors);
-    lum_free(mesh->indices);
     lum_free(mesh);
 }
 
@@ -53,11 +54,11 @@ static bool in_range(struct lum_vec3d p)
     return fabs(p.x) <= LUM_LENGTH_MAX && fabs(p.y) <= LUM_LENGTH_MAX && fabs(p.z) <= LUM_LENGTH_MAX;
 }
 
-/* Largest component of cross(b - a, c - a): zero for a triangle without area. */
-static double cross_magnitude(const struct lum_vec3d p[3])
+/* Is a component of cross(b - a, c - a) at least that large? Not denormal, which threads may read as 0. */
+static bool has_area(const struct lum_vec3d p[3], double least)
 {
     struct lum_vec3d c = lum_v3d_cross(lum_v3d_sub(p[1], p[0]), lum_v3d_sub(p[2], p[0]));
-    return fmax(fabs(c.x), fmax(fabs(c.y), fabs(c.z)));
+    return (fabs(c.x) >= least) | (fabs(c.y) >= least) | (fabs(c.z) >= least);
 }
 
 /* A deforming mesh keeps triangles that have no area in this pose: they may open in the next. */
@@ -73,26 +74,42 @@ static bool triangle_usable(const struct lum_mesh_desc *d, const uint32_t *t)
         if (!in_range(p[k]))
             return false;
     }
-    return d->deforming || cross_magnitude(p) > 0.0;
+    return d->deforming || has_area(p, DBL_MIN);
+}
+
+static void keep(struct mesh_build *b, uint32_t kept, const uint32_t *t)
+{
+    memmove(b->triangles->indices + 3 * (size_t)kept, t, 3 * sizeof *t);
+    b->used[t[0]] = b->used[t[1]] = b->used[t[2]] = 1;
 }
 
 static void keep_usable_triangles(struct mesh_build *b)
 {
-    struct lum_mesh *mesh = b->mesh;
-    mesh->n_triangles = 0;
-    for (uint32_t i = 0; i < b->desc->n_triangles; i++) {
+    uint32_t kept = 0, n = b->desc->n_triangles;
+    for (uint32_t i = 0; i < n; i++) {
         const uint32_t *t = b->desc->indices + 3 * (size_t)i;
         if (triangle_usable(b->desc, t))
-            memcpy(mesh->indices + 3 * (size_t)mesh->n_triangles++, t, 3 * sizeof *t);
-        else
-            b->dropped++;
+            keep(b, kept++, t);
     }
+    b->dropped += n - kept;
+    b->triangles->n_triangles = kept;
+}
+
+/* Numbers: fmin and fmax, which are calls, would look for what is none. */
+static double least(double a, double b)
+{
+    return b < a ? b : a;
+}
+
+static double most(double a, double b)
+{
+    return b > a ? b : a;
 }
 
 static void grow(struct lum_vec3d *lo, struct lum_vec3d *hi, struct lum_vec3d p)
 {
-    *lo = (struct lum_vec3d){fmin(lo->x, p.x), fmin(lo->y, p.y), fmin(lo->z, p.z)};
-    *hi = (struct lum_vec3d){fmax(hi->x, p.x), fmax(hi->y, p.y), fmax(hi->z, p.z)};
+    *lo = (struct lum_vec3d){least(lo->x, p.x), least(lo->y, p.y), least(lo->z, p.z)};
+    *hi = (struct lum_vec3d){most(hi->x, p.x), most(hi->y, p.y), most(hi->z, p.z)};
 }
 
 /* Nearest multiple of a power of two: a centre with few bits, so that subtracting it is exact for nearby positions. */
@@ -105,16 +122,18 @@ static double snap(double x, double grid)
 static struct lum_affined place_mesh(const struct mesh_build *b)
 {
     struct lum_vec3d lo = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-    for (size_t i = 0; i < 3 * (size_t)b->mesh->n_triangles; i++)
-        grow(&lo, &hi, given_position(b->desc, b->mesh->indices[i]));
+    for (uint32_t i = 0; i < b->desc->n_vertices; i++)
+        if (b->used[i])
+            grow(&lo, &hi, given_position(b->desc, i));
+    bool any = b->triangles->n_triangles > 0;
     double extent = fmax(hi.x - lo.x, fmax(hi.y - lo.y, hi.z - lo.z));
     int exponent = 0;
-    if (b->mesh->n_triangles && extent > 0.0)
+    if (any && extent > 0.0)
         frexp(extent, &exponent);
     exponent = exponent < -60 ? -60 : exponent; /* smaller than 1e-18 m: stays small, never overflows */
     double unit = ldexp(1.0, exponent - 1), grid = ldexp(1.0, exponent - 16);
     struct lum_affined m = {{{unit, 0, 0, 0}, {0, unit, 0, 0}, {0, 0, unit, 0}}};
-    if (b->mesh->n_triangles) {
+    if (any) {
         m.m[0][3] = snap(0.5 * (lo.x + hi.x), grid);
         m.m[1][3] = snap(0.5 * (lo.y + hi.y), grid);
         m.m[2][3] = snap(0.5 * (lo.z + hi.z), grid);
@@ -126,11 +145,13 @@ static struct lum_affined place_mesh(const struct mesh_build *b)
 static bool placement_serves(const struct lum_affined *m, const struct mesh_build *b)
 {
     double largest = 0.0;
-    for (size_t i = 0; i < 3 * (size_t)b->mesh->n_triangles; i++) {
-        struct lum_vec3d p = given_position(b->desc, b->mesh->indices[i]);
-        largest = fmax(largest, fabs(p.x - m->m[0][3]));
-        largest = fmax(largest, fabs(p.y - m->m[1][3]));
-        largest = fmax(largest, fabs(p.z - m->m[2][3]));
+    for (uint32_t i = 0; i < b->desc->n_vertices; i++) {
+        if (!b->used[i])
+            continue;
+        struct lum_vec3d p = given_position(b->desc, i);
+        largest = most(largest, fabs(p.x - m->m[0][3]));
+        largest = most(largest, fabs(p.y - m->m[1][3]));
+        largest = most(largest, fabs(p.z - m->m[2][3]));
     }
     return largest <= 4.0 * m->m[0][0] && largest >= 0.125 * m->m[0][0];
 }
@@ -144,7 +165,7 @@ static void localise_positions(struct mesh_build *b)
         p = (struct lum_vec3d){(p.x - m->m[0][3]) * scale, (p.y - m->m[1][3]) * scale, (p.z - m->m[2][3]) * scale};
         if (!(fabs(p.x) <= 8.0 && fabs(p.y) <= 8.0 && fabs(p.z) <= 8.0))
             p = (struct lum_vec3d){0, 0, 0}; /* belongs to no triangle that was kept */
-        float *out = b->mesh->positions + 3 * (size_t)i;
+        float *out = b->triangles->positions + 3 * (size_t)i;
         out[0] = (float)p.x;
         out[1] = (float)p.y;
         out[2] = (float)p.z;
@@ -154,33 +175,33 @@ static void localise_positions(struct mesh_build *b)
 /* Drops what rounding to float left without area: Embree works with denormals flushed to zero. */
 static void drop_flat_triangles(struct mesh_build *b)
 {
-    struct lum_mesh *mesh = b->mesh;
-    uint32_t kept = 0;
-    for (uint32_t i = 0; i < mesh->n_triangles; i++) {
-        const uint32_t *t = mesh->indices + 3 * (size_t)i;
+    struct lum_triangles *r = b->triangles;
+    uint32_t kept = 0, n = r->n_triangles;
+    memset(b->used, 0, r->n_vertices);
+    for (uint32_t i = 0; i < n; i++) {
+        const uint32_t *t = r->indices + 3 * (size_t)i;
         struct lum_vec3d p[3];
         for (int k = 0; k < 3; k++) {
-            const float *v = mesh->positions + 3 * (size_t)t[k];
+            const float *v = r->positions + 3 * (size_t)t[k];
             p[k] = (struct lum_vec3d){(double)v[0], (double)v[1], (double)v[2]};
         }
-        if (mesh->deforming || cross_magnitude(p) >= (double)FLT_MIN)
-            memmove(mesh->indices + 3 * (size_t)kept++, t, 3 * sizeof *t);
-        else
-            b->dropped++;
+        if (b->desc->deforming || has_area(p, (double)FLT_MIN))
+            keep(b, kept++, t);
     }
-    mesh->n_triangles = kept;
+    b->dropped += n - kept;
+    r->n_triangles = kept;
 }
 
-static void find_local_bounds(struct lum_mesh *mesh)
+static void find_local_bounds(struct mesh_build *b)
 {
-    struct lum_vec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
-    for (size_t i = 0; i < 3 * (size_t)mesh->n_triangles; i++) {
-        const float *p = mesh->positions + 3 * (size_t)mesh->indices[i];
-        lo = lum_v3(fminf(lo.x, p[0]), fminf(lo.y, p[1]), fminf(lo.z, p[2]));
-        hi = lum_v3(fmaxf(hi.x, p[0]), fmaxf(hi.y, p[1]), fmaxf(hi.z, p[2]));
+    struct lum_vec3d lo = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    for (uint32_t i = 0; i < b->triangles->n_vertices; i++) {
+        const float *p = b->triangles->positions + 3 * (size_t)i;
+        if (b->used[i])
+            grow(&lo, &hi, (struct lum_vec3d){(double)p[0], (double)p[1], (double)p[2]});
     }
-    mesh->bounds_lo = lo;
-    mesh->bounds_hi = hi;
+    b->mesh->bounds_lo = lum_v3((float)lo.x, (float)lo.y, (float)lo.z);
+    b->mesh->bounds_hi = lum_v3((float)hi.x, (float)hi.y, (float)hi.z);
 }
 
 /* One that is no direction becomes zero: there uvs say which way it runs. */
@@ -233,9 +254,8 @@ static struct lum_mesh *mesh_alloc(const struct lum_mesh_desc *d)
     lum_refs_init(&mesh->refs);
     mesh->n_vertices = d->n_vertices;
     mesh->deforming = d->deforming;
-    mesh->positions = lum_calloc(d->n_vertices, 3 * sizeof(float));
-    mesh->indices = lum_calloc(d->n_triangles, 3 * sizeof(uint32_t));
-    bool ok = mesh->positions && mesh->indices;
+    mesh->triangles = lum_triangles_create(d->n_vertices, d->n_triangles);
+    bool ok = mesh->triangles != NULL;
     if (d->normals)
         ok &= (mesh->normals = lum_calloc(d->n_vertices, 3 * sizeof(float))) != NULL;
     if (d->uvs)
@@ -256,16 +276,22 @@ static struct lum_mesh *mesh_alloc(const struct lum_mesh_desc *d)
 static enum lum_status mesh_make(struct mesh_build *b, const struct lum_mesh *previous, struct lum_error *err)
 {
     b->mesh = mesh_alloc(b->desc);
-    if (!b->mesh)
+    b->used = b->mesh ? lum_calloc(b->desc->n_vertices, 1) : NULL;
+    if (!b->used)
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for a mesh of %u triangles", b->desc->n_triangles);
+    b->triangles = b->mesh->triangles;
     keep_usable_triangles(b);
     bool keep_place =
         previous && previous->deforming && b->desc->deforming && placement_serves(&previous->local_to_given, b);
     b->mesh->local_to_given = keep_place ? previous->local_to_given : place_mesh(b);
     localise_positions(b);
     drop_flat_triangles(b);
-    find_local_bounds(b->mesh);
+    find_local_bounds(b);
+    lum_free(b->used);
     copy_attributes(b);
+    b->mesh->positions = b->triangles->positions;
+    b->mesh->indices = b->triangles->indices;
+    b->mesh->n_triangles = b->triangles->n_triangles;
     return LUM_OK;
 }
 
@@ -276,13 +302,21 @@ static bool same_topology(const struct lum_mesh *a, const struct lum_mesh *b)
            memcmp(a->indices, b->indices, (size_t)a->n_triangles * 3 * sizeof(uint32_t)) == 0;
 }
 
+/* Of a mesh that does not deform, or whose topology is new. */
+static enum lum_status build_tree(const struct lum_scene *scene, struct lum_mesh *mesh, struct lum_error *err)
+{
+    mesh->quick = scene->hurry && !mesh->deforming && mesh->n_triangles >= LUM_SCENE_QUICK_TRIANGLES;
+    enum lum_tree tree = mesh->deforming ? LUM_TREE_REFIT : mesh->quick ? LUM_TREE_QUICK : LUM_TREE_FAST;
+    if (mesh->n_triangles == 0)
+        return LUM_OK; /* every triangle was dropped: there is nothing to hit */
+    return lum_accel_mesh_create(scene->device, mesh->triangles, tree, NULL, &mesh->accel, err);
+}
+
 /* A deforming mesh alternates between two structures: readers hold the newer one, the older one is refitted when nobody
  * reads it any more, else a new one is built. */
 static enum lum_status mesh_accelerate(struct lum_scene *scene, struct lum_mesh_entry *entry, struct lum_mesh *mesh,
                                        struct lum_error *err)
 {
-    if (mesh->n_triangles == 0)
-        return LUM_OK; /* every triangle was dropped: there is nothing to hit */
     bool can_refit = entry->mesh && same_topology(entry->mesh, mesh);
     if (can_refit && entry->spare && lum_accel_mesh_unique(entry->spare)) {
         enum lum_status status = lum_accel_mesh_refit(entry->spare, mesh->positions, err);
@@ -293,19 +327,36 @@ static enum lum_status mesh_accelerate(struct lum_scene *scene, struct lum_mesh_
         entry->spare = NULL;
         return status;
     }
-    return lum_accel_mesh_create(scene->device, mesh->positions, mesh->n_vertices, mesh->indices, mesh->n_triangles,
-                                 mesh->deforming, &mesh->accel, err);
+    return build_tree(scene, mesh, err);
+}
+
+/* The mesh passes over. */
+static void keep_mesh(struct lum_scene *scene, struct lum_entry *base, struct mesh_build *b)
+{
+    struct lum_mesh_entry *entry = (struct lum_mesh_entry *)base;
+    lum_accel_mesh_unref(entry->spare);
+    bool keep_spare = entry->mesh && same_topology(entry->mesh, b->mesh);
+    entry->spare = keep_spare ? lum_accel_mesh_ref(entry->mesh->accel) : NULL;
+    lum_mesh_unref(entry->mesh);
+    entry->mesh = b->mesh;
+    scene->dropped_triangles += b->dropped;
+    scene->has_quick |= b->mesh->quick;
+    lum_table_keep(&scene->tables[LUM_ENTITY_MESH], base);
+}
+
+static enum lum_status open_entry(struct lum_scene *scene, const char *id, struct lum_entry **ret_entry,
+                                  struct lum_error *err)
+{
+    return lum_table_open(&scene->tables[LUM_ENTITY_MESH], id, sizeof(struct lum_mesh_entry), ret_entry, err);
 }
 
 enum lum_status lum_scene_put_mesh(struct lum_scene *scene, const char *id, const struct lum_mesh_desc *desc,
                                    struct lum_error *err)
 {
-    enum lum_status status = check_desc(desc, err);
-    if (status != LUM_OK)
-        return status;
-    struct lum_table *table = &scene->tables[LUM_ENTITY_MESH];
     struct lum_entry *base = NULL;
-    status = lum_table_open(table, id, sizeof(struct lum_mesh_entry), &base, err);
+    enum lum_status status = check_desc(desc, err);
+    if (status == LUM_OK)
+        status = open_entry(scene, id, &base, err);
     if (status != LUM_OK)
         return status;
     struct lum_mesh_entry *entry = (struct lum_mesh_entry *)base;
@@ -313,17 +364,84 @@ enum lum_status lum_scene_put_mesh(struct lum_scene *scene, const char *id, cons
     status = mesh_make(&b, entry->mesh, err);
     if (status == LUM_OK)
         status = mesh_accelerate(scene, entry, b.mesh, err);
-    if (status != LUM_OK) {
-        lum_mesh_unref(b.mesh);
-        lum_table_drop(table, base);
-        return status;
+    if (status == LUM_OK) {
+        keep_mesh(scene, base, &b);
+        return LUM_OK;
     }
-    lum_accel_mesh_unref(entry->spare);
-    bool keep_spare = entry->mesh && same_topology(entry->mesh, b.mesh);
-    entry->spare = keep_spare ? lum_accel_mesh_ref(entry->mesh->accel) : NULL;
-    lum_mesh_unref(entry->mesh);
-    entry->mesh = b.mesh;
-    scene->dropped_triangles += b.dropped;
-    lum_table_keep(table, base);
+    lum_mesh_unref(b.mesh);
+    lum_table_drop(&scene->tables[LUM_ENTITY_MESH], base);
+    return status;
+}
+
+/* ---- beside the scene ---- */
+
+enum lum_status lum_scene_make_mesh(const struct lum_scene *scene, const struct lum_mesh_desc *desc,
+                                    struct lum_made_mesh *ret_made, struct lum_error *err)
+{
+    struct mesh_build b = {.desc = desc};
+    enum lum_status status = check_desc(desc, err);
+    if (status == LUM_OK)
+        status = mesh_make(&b, NULL, err);
+    if (status == LUM_OK)
+        status = build_tree(scene, b.mesh, err);
+    if (status == LUM_OK)
+        *ret_made = (struct lum_made_mesh){b.mesh, b.dropped};
+    else
+        lum_mesh_unref(b.mesh);
+    return status;
+}
+
+void lum_made_mesh_finish(struct lum_made_mesh *made)
+{
+    lum_mesh_unref(made->mesh);
+    *made = (struct lum_made_mesh){0};
+}
+
+enum lum_status lum_scene_put_made_mesh(struct lum_scene *scene, const char *id, struct lum_made_mesh *made,
+                                        struct lum_error *err)
+{
+    struct lum_entry *base = NULL;
+    enum lum_status status = open_entry(scene, id, &base, err);
+    if (status != LUM_OK)
+        return status;
+    struct mesh_build b = {.mesh = made->mesh, .dropped = made->dropped};
+    *made = (struct lum_made_mesh){0};
+    keep_mesh(scene, base, &b);
     return LUM_OK;
+}
+
+void lum_scene_hurry(struct lum_scene *scene, bool hurry)
+{
+    scene->hurry = hurry;
+}
+
+static struct lum_mesh *mesh_at(const struct lum_scene *scene, uint32_t i)
+{
+    return ((struct lum_mesh_entry *)scene->tables[LUM_ENTITY_MESH].rows[i])->mesh;
+}
+
+uint32_t lum_scene_quick_meshes(struct lum_scene *scene, struct lum_triangles **ret_triangles, uint32_t most)
+{
+    uint32_t n = 0;
+    for (uint32_t i = 0; scene->has_quick && i < scene->tables[LUM_ENTITY_MESH].n && n < most; i++)
+        if (mesh_at(scene, i)->quick)
+            ret_triangles[n++] = lum_triangles_ref(mesh_at(scene, i)->triangles);
+    scene->has_quick = n > 0;
+    return n;
+}
+
+/* Snapshots hold on to their own trees, and read no others. */
+void lum_scene_give_tree(struct lum_scene *scene, const struct lum_triangles *of, struct lum_accel_mesh *tree)
+{
+    for (uint32_t i = 0; i < scene->tables[LUM_ENTITY_MESH].n; i++) {
+        struct lum_mesh *mesh = mesh_at(scene, i);
+        if (mesh->triangles != of || !mesh->quick)
+            continue;
+        mesh->quick = false;
+        if (!tree)
+            continue;
+        lum_accel_mesh_unref(mesh->accel);
+        mesh->accel = lum_accel_mesh_ref(tree);
+        scene->new_trees = true;
+    }
 }

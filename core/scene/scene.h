@@ -15,9 +15,12 @@
 #include "core/base/status.h"
 #include "core/scene/desc.h"
 
+struct lum_accel_mesh;
 struct lum_device;
+struct lum_mesh;
 struct lum_scene;
 struct lum_snapshot;
+struct lum_triangles;
 struct lum_web;
 struct lum_web_desc;
 
@@ -34,12 +37,39 @@ void lum_scene_destroy(struct lum_scene *scene); /* accepts NULL; snapshots live
  * From the next commit on. */
 void lum_scene_straighten_glass(struct lum_scene *, bool straight);
 
+/* In a hurry, meshes of LUM_SCENE_QUICK_TRIANGLES or more get a tree that is quickly made, until they are given a
+ * better one. Pictures are the same. */
+#define LUM_SCENE_QUICK_TRIANGLES 65536u /* a good tree of fewer takes less than 40 ms */
+void lum_scene_hurry(struct lum_scene *, bool hurry);
+/* What to make better trees of: at most `most`, of each a reference. Returns how many. */
+uint32_t lum_scene_quick_meshes(struct lum_scene *, struct lum_triangles **ret_triangles, uint32_t most);
+/* Takes a reference, for the next commit, if a mesh of these triangles is still there with a quick one. NULL: it keeps
+ * that. */
+void lum_scene_give_tree(struct lum_scene *, const struct lum_triangles *of, struct lum_accel_mesh *tree);
+
+/* A mesh that is made, and in no scene yet: that is what takes long. */
+struct lum_made_mesh {
+    struct lum_mesh *mesh;
+    uint64_t dropped; /* triangles */
+};
+/* Of one that does not deform. Thread: any, while nobody writes the scene. */
+LUM_MUST_USE enum lum_status lum_scene_make_mesh(const struct lum_scene *, const struct lum_mesh_desc *,
+                                                 struct lum_made_mesh *ret_made, struct lum_error *);
+void lum_made_mesh_finish(struct lum_made_mesh *made); /* accepts a zeroed one */
+/* As lum_scene_put_mesh. `made` is zeroed then. */
+LUM_MUST_USE enum lum_status lum_scene_put_made_mesh(struct lum_scene *, const char *id, struct lum_made_mesh *made,
+                                                     struct lum_error *);
+
 /* Add, or replace what has this id. An object may be put only after its mesh and material. Replacing a mesh, image or
  * material reaches everything that refers to it. */
 LUM_MUST_USE enum lum_status lum_scene_put_mesh(struct lum_scene *, const char *id, const struct lum_mesh_desc *,
                                                 struct lum_error *);
 LUM_MUST_USE enum lum_status lum_scene_put_image(struct lum_scene *, const char *id, const struct lum_image_desc *,
                                                  struct lum_error *);
+/* The same, of pixels that whoever made them shares: release(owner) is called when the last snapshot has let go of
+ * them, by any thread; not on failure. Not of RGB32F, which are mended in a copy. */
+LUM_MUST_USE enum lum_status lum_scene_share_image(struct lum_scene *, const char *id, const struct lum_image_desc *,
+                                                   void (*release)(void *owner), void *owner, struct lum_error *);
 LUM_MUST_USE enum lum_status lum_scene_put_material(struct lum_scene *, const char *id,
                                                     const struct lum_material_desc *, struct lum_error *);
 LUM_MUST_USE enum lum_status lum_scene_put_object(struct lum_scene *, const char *id, const struct lum_object_desc *,

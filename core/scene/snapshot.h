@@ -38,14 +38,15 @@ static inline struct lum_vec3 lum_world_to_scene(const struct lum_normalisation 
 struct lum_mesh {
     struct lum_refs refs;
     struct lum_accel_mesh *accel;
-    float *positions;          /* 3 per vertex */
-    float *normals, *tangents; /* 3 per vertex, unit; or NULL. tangents: given, or of lum_mesh_make_tangents */
+    struct lum_triangles *triangles; /* of positions and indices */
+    const float *positions;          /* 3 per vertex */
+    float *normals, *tangents;       /* 3 per vertex, unit; or NULL. tangents: given, or of lum_mesh_make_tangents */
     float *uvs, *colors, *tangent_signs; /* 2, 3, 1 per vertex; or NULL. signs: of the bitangents of given tangents */
-    uint32_t *indices;                   /* 3 per triangle */
+    const uint32_t *indices;             /* 3 per triangle */
     uint32_t n_vertices, n_triangles;
     struct lum_vec3 bounds_lo, bounds_hi; /* of the triangles; lo > hi when there is none */
     struct lum_affined local_to_given;    /* normalised local -> the coordinates that the client gave */
-    bool deforming;
+    bool deforming, quick;                /* quick: accel was made in a hurry */
 };
 
 struct lum_instance {
@@ -62,8 +63,7 @@ struct lum_bounds lum_instance_bounds(const struct lum_instance *instance);
 /* A normal of its mesh, of any length, in the scene: unit. */
 struct lum_vec3 lum_instance_normal(const struct lum_instance *instance, struct lum_vec3 n);
 
-/* What changed last: a counter per class of edit. A stage that memoises its result stores the counters it depends on
- * and runs again when one differs. */
+/* What changed last: a counter per class of edit. A stage runs again when one of those that it depends on differs. */
 struct lum_versions {
     uint64_t geometry;    /* objects, meshes, emitter shapes, visibility, alpha, what panes leave of light */
     uint64_t material;    /* anything in a material but the amount of emission */

@@ -84,6 +84,9 @@ struct lum_scene {
     struct lum_versions previous;    /* of the scene that this one replaced; else 0 */
     uint64_t dropped_triangles, dropped_texels;
     bool straight_glass;
+    bool hurry;
+    bool has_quick; /* meshes with trees that were made in a hurry, perhaps */
+    bool new_trees; /* since the last commit */
 };
 
 /* tables.c */

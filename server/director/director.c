@@ -179,6 +179,12 @@ static void rest(struct lum_director *d, int64_t wait_ns)
     atomic_store(&d->asleep, false);
 }
 
+/* As lum_trees_ready.tell. */
+static void ring(void *user)
+{
+    lum_director_ring(user);
+}
+
 /* As lum_world.go_on: between records of a large edit. */
 static bool go_on(void *user)
 {
@@ -212,6 +218,8 @@ static void *director_main(void *arg)
         lum_director_turn_assets(d);
         lum_director_turn_exports(d);
         lum_director_commit(d);
+        if (!d->staged)
+            lum_world_turn_trees(&d->world);
         lum_director_turn_desk(d);
         int64_t fade_ns = lum_director_turn_fade(d), wait_ns = lum_director_publish_due(d);
         wait_ns = fade_ns < wait_ns ? fade_ns : wait_ns;
@@ -341,6 +349,8 @@ enum lum_status lum_director_create(const struct lum_director_config *config, st
     if (!st) {
         d->world.deterministic = config->deterministic;
         d->world.go_on = (struct lum_go_on){go_on, d};
+        if (!config->deterministic) /* pictures do not hang on the clock then */
+            lum_world_hurry(&d->world, &(struct lum_trees_ready){ring, d});
         st = lum_encoder_create(d->world.pool, &d->encoder, err);
     }
     if (!st)

@@ -26,7 +26,7 @@ struct lum_request;
 /* What can be asked. Each is defined beside its answer. */
 struct lum_request_type {
     const char *name; /* the method of JSON-RPC; NULL: a note of the net thread, which no client can send */
-    /* Params into q. False: r->err says what is wrong. Thread: net. */
+    /* Params into q. False: r->err says what is wrong. Thread: any. */
     bool (*read)(struct lum_json_reader *r, struct lum_request *q);
     /* Ends in lum_director_reply or lum_director_refuse (internal.h). Thread: director. */
     void (*answer)(struct lum_director *d, const struct lum_request *q);

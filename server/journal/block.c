@@ -279,35 +279,70 @@ static bool is_cut(const struct lum_block_reader *r, const struct block_head *h)
     return r->n_bytes - r->at < sizeof *h || memcmp(h, &zeros, sizeof zeros) == 0;
 }
 
-static bool read_body(struct lum_block_reader *r, const struct block_head *h, struct lum_error *err)
+/* The text, into the reader's memory. */
+static bool read_text(struct lum_block_reader *r, const struct block_head *h, struct lum_error *err)
 {
-    size_t n = (size_t)(h->n_json + h->n_blobs);
-    if (n > r->body_capacity) {
+    if (h->n_json > r->body_capacity) {
         free(r->body);
-        r->body = malloc(n);
-        r->body_capacity = r->body ? n : 0;
+        r->body = malloc(h->n_json);
+        r->body_capacity = r->body ? h->n_json : 0;
         if (!r->body)
             return !no_memory(err);
     }
-    return read_at(r, r->at + sizeof *h, r->body, n) && crc_of(r->salt, r->body, n) == h->body_crc;
+    return read_at(r, r->at + sizeof *h, r->body, h->n_json);
 }
 
-/* Names the blobs of the body by the lengths that the JSON tells. */
-static bool split_blobs(const struct lum_block_reader *r, const struct block_head *h, struct lum_block *f)
+/* The checksum of the body, from that of its text on: of blobs that nobody wants. */
+static bool add_crc_of_blobs(struct lum_block_reader *r, const struct block_head *h, uint32_t *inout_crc)
 {
-    uint64_t left = h->n_blobs;
-    const uint8_t *at = r->body + h->n_json;
+    uint8_t bytes[4096];
+    for (uint64_t at = 0; at < h->n_blobs; at += sizeof bytes) {
+        size_t n = h->n_blobs - at < sizeof bytes ? (size_t)(h->n_blobs - at) : sizeof bytes;
+        if (!read_at(r, r->at + sizeof *h + h->n_json + at, bytes, n))
+            return false;
+        *inout_crc = crc_of(*inout_crc, bytes, n);
+    }
+    return true;
+}
+
+/* Each into an array of its own, which records share: of large models there is no other copy. Their lengths are those
+ * that the JSON tells. */
+static bool read_blobs(struct lum_block_reader *r, const struct block_head *h, struct lum_block *f, uint32_t *inout_crc,
+                       struct lum_error *err)
+{
+    uint64_t left = h->n_blobs, at = r->at + sizeof *h + h->n_json;
     const cJSON *lengths = cJSON_GetObjectItemCaseSensitive(f->json, "blobs");
     for (const cJSON *c = lengths ? lengths->child : NULL; c; c = c->next) {
         if (f->n_blobs == LUM_BLOBS_MAX || !cJSON_IsNumber(c) || !(c->valuedouble >= 0) ||
             c->valuedouble > (double)left)
             return false;
-        uint64_t n = (uint64_t)c->valuedouble;
-        f->blobs[f->n_blobs++] = (struct lum_blob){.bytes = at, .n_bytes = (size_t)n};
+        size_t n = (size_t)c->valuedouble;
+        void *bulk = lum_bulk_create(n);
+        if (!bulk)
+            return !no_memory(err);
+        f->blobs[f->n_blobs++] = (struct lum_blob){.bytes = bulk, .n_bytes = n, .bulk = bulk};
+        if (!read_at(r, at, bulk, n))
+            return false;
+        *inout_crc = crc_of(*inout_crc, bulk, n);
         at += n;
         left -= n;
     }
     return left == 0;
+}
+
+/* The text is parsed before the checksum of all is known, as it tells the blobs' lengths: it may be anything. */
+static bool read_body(struct lum_block_reader *r, const struct block_head *h, struct lum_block *f,
+                      struct lum_error *err)
+{
+    if (!read_text(r, h, err))
+        return false;
+    uint32_t crc = crc_of(r->salt, r->body, h->n_json);
+    f->json = lum_json_parse_stored((const char *)r->body, h->n_json, NULL);
+    if (f->json)
+        return read_blobs(r, h, f, &crc, err) && crc == h->body_crc;
+    if (add_crc_of_blobs(r, h, &crc) && crc == h->body_crc)
+        lum_fail(err, LUM_ERR_NOMEM, "state", "a text of the state cannot be parsed, or memory is short for it");
+    return false;
 }
 
 static enum lum_block_found next_block(struct lum_block_reader *r, struct lum_block *f, struct lum_error *err)
@@ -330,11 +365,7 @@ static enum lum_block_found next_block(struct lum_block_reader *r, struct lum_bl
     f->n_bytes = sizeof h + body_bytes(&h);
     f->seq = h.seq;
     f->rev = h.rev;
-    bool ok = read_body(r, &h, err);
-    f->json = ok ? lum_json_parse_stored((const char *)r->body, h.n_json, NULL) : NULL;
-    if (ok && !f->json) /* its checksum is right */
-        lum_fail(err, LUM_ERR_NOMEM, "state", "a text of the state cannot be parsed, or memory is short for it");
-    ok = f->json && split_blobs(r, &h, f);
+    bool ok = read_body(r, &h, f, err);
     r->at += f->n_bytes;
     if (!ok)
         lum_block_finish(f);
@@ -353,6 +384,9 @@ void lum_block_finish(struct lum_block *f)
 {
     cJSON_Delete(f->json);
     f->json = NULL;
+    for (size_t i = 0; i < f->n_blobs; i++)
+        lum_bulk_unref(f->blobs[i].bulk);
+    f->n_blobs = 0;
 }
 
 void lum_block_close_reader(struct lum_block_reader *r)

@@ -72,8 +72,9 @@ struct lum_block_reader {
 struct lum_block {            /* valid until the next is read */
     uint64_t offset, n_bytes; /* in the file; of what is torn or damaged, too */
     uint64_t seq, rev;        /* damaged: seq 0: not known */
-    struct cJSON *json;       /* owned by the reader's user: lum_block_finish */
-    struct lum_blob blobs[LUM_BLOBS_MAX];
+    /* owned by the reader's user: lum_block_finish */
+    struct cJSON *json;
+    struct lum_blob blobs[LUM_BLOBS_MAX]; /* bulk arrays: a reference each */
     size_t n_blobs;
 };
 /* LUM_ERR_NOT_FOUND; LUM_ERR_UNSUPPORTED: another version, the text says what to do; LUM_ERR_INVALID: the head is

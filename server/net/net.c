@@ -14,7 +14,7 @@
  * - By TLS each read takes a whole record. Where a rest of one stays with OpenSSL while a WebSocket is not read from
  *   (lws_rx_flow_control), 4.1.6 turns for ever, and adds what it holds back to its heap each time.
  * - There is no limit on message size, connections per address, handshakes, bytes or messages per second in the
- * library: they are here, in peers.c, in handshakes.c, in session.c and in uploads.c. */
+ * library: they are here, in peers.c, in handshakes.c, in session_receive.c and in uploads.c. */
 #define _GNU_SOURCE
 #include "server/net/net.h"
 
@@ -31,15 +31,12 @@
 #include "server/net/net_internal.h"
 #include "server/net/presence.h"
 #include "server/net/projects.h"
-#include "server/net/received.h"
 #include "server/net/tls.h"
 
 #define PROTOCOL "lumend.v1"
 #define RX_BYTES (16u << 10)              /* read at once: most messages whole; each connection has such a buffer */
 #define TLS_RECORD_BYTES (16u << 10)      /* at most: RFC 8446, 5.1 */
 #define UNSENT_BYTES (128 << 10)          /* TCP_NOTSENT_LOWAT: frames wait here, and not in the kernel */
-#define FRAME_HEADERS_BYTES 64            /* of a frame and a record of TLS: 14 and 5, its checksum 16; and some */
-#define READ_LATER_US 20000               /* at least so long, so that a flood does not mean a timer for every read */
 #define TURN_NS 1000000000ll              /* of projects: what waits for one waits seconds anyway */
 #define HEADER_POOL LUM_LIMIT_CONNECTIONS /* all may be in their HTTP phase at once: none waits for another */
 #define CLOSE_GRACE_S 5                   /* a peer that does not take the close frame is cut off */
@@ -178,11 +175,6 @@ static void serve(const struct lum_net *net, struct conn *c)
         lws_callback_on_writable(c->wsi);
 }
 
-static void read_on(lws_sorted_usec_list_t *sul)
-{
-    lws_rx_flow_control(lws_container_of(sul, struct conn, read_later)->wsi, 1);
-}
-
 /* Where people are, to who has not heard it. */
 static void tell_presence(lws_sorted_usec_list_t *sul)
 {
@@ -201,36 +193,6 @@ static void tell_presence_soon(struct lum_net *net)
         lws_sul_schedule(net->context, 0, &net->presence_later, tell_presence, 1);
 }
 
-/* Who owes is not read from until it is paid. What comes waits in the kernel, and with the sender. */
-static void let_wait(struct conn *c, int64_t wait_ns)
-{
-    if (!wait_ns)
-        return;
-    lws_rx_flow_control(c->wsi, 0);
-    lws_sul_schedule(lws_get_context(c->wsi), 0, &c->read_later, read_on, wait_ns / 1000 + READ_LATER_US);
-}
-
-/* What a client sends is paid for before anybody looks at it. */
-static void charge(struct conn *c, const char *bytes, size_t n)
-{
-    c->n_charged += n + FRAME_HEADERS_BYTES;
-    let_wait(c, lum_session_charge(c->session, bytes, n, lws_remaining_packet_payload(c->wsi) == 0));
-}
-
-/* What was of no message is paid for afterwards: of pings, and of what is TLS's own, the library tells nothing. */
-static void count_rest(lws_sorted_usec_list_t *sul)
-{
-    struct conn *c = lws_container_of(sul, struct conn, count_later);
-    uint64_t n_read = c->n_read;
-    bool known = lum_received_bytes(lws_get_socket_fd(c->wsi), &n_read);
-    uint64_t n_free = c->n_charged + LUM_LIMIT_RX_REST_PER_S, n = n_read - c->n_read;
-    if (known && n > n_free)
-        let_wait(c, lum_session_charge_rest(c->session, n - n_free));
-    c->n_read = n_read;
-    c->n_charged = 0;
-    lws_sul_schedule(lws_get_context(c->wsi), 0, &c->count_later, count_rest, LWS_US_PER_SEC);
-}
-
 static int ws_established(struct lum_net *net, struct lws *wsi, struct conn *c)
 {
     const int on = 1, unsent = UNSENT_BYTES, fd = lws_get_socket_fd(wsi);
@@ -247,8 +209,7 @@ static int ws_established(struct lum_net *net, struct lws *wsi, struct conn *c)
         return close_with(c, LUM_CLOSE_BUSY);
     net->conns[lum_session_slot(c->session)] = c;
     expect_hello(c);
-    (void)lum_received_bytes(fd, &c->n_read);
-    lws_sul_schedule(net->context, 0, &c->count_later, count_rest, LWS_US_PER_SEC);
+    lum_net_begin_flow(c);
     serve(net, c);
     return 0;
 }
@@ -258,8 +219,7 @@ static void ws_closed(struct lum_net *net, struct conn *c)
     if (!c->session)
         return;
     net->conns[lum_session_slot(c->session)] = NULL;
-    lws_sul_cancel(&c->read_later);
-    lws_sul_cancel(&c->count_later);
+    lum_net_end_flow(c);
     lws_sul_cancel(&c->cut_later);
     lum_session_close(c->session);
     lum_fragments_finish(&c->rx);
@@ -276,7 +236,7 @@ static int ws_receive(struct lum_net *net, struct conn *c, const char *bytes, si
     lws_validity_confirmed(wsi); /* a pong may be stuck behind tiles on a slow line; who talks is alive all the same */
     if (lws_frame_is_binary(wsi))
         return close_with(c, LUM_CLOSE_UNSUPPORTED);
-    charge(c, bytes, n);
+    lum_net_charge(c, bytes, n);
     /* What this fragment declares still to come counts too: no need to receive it all first. */
     if (c->rx.n + n + lws_remaining_packet_payload(wsi) > max)
         return close_with(c, LUM_CLOSE_TOO_BIG);
@@ -284,6 +244,10 @@ static int ws_receive(struct lum_net *net, struct conn *c, const char *bytes, si
         return close_with(c, LUM_CLOSE_INTERNAL);
     if (!lws_is_final_fragment(wsi) || lws_remaining_packet_payload(wsi))
         return 0;
+    if (lum_net_read_beside(net, c))
+        return 0;
+    if (c->n_reading) /* it would overtake */
+        return close_with(c, LUM_CLOSE_INTERNAL);
     lum_session_receive(c->session, c->rx.bytes ? c->rx.bytes : "", c->rx.n);
     lum_fragments_clear(&c->rx);
     if (lum_session_greeted(c->session))
@@ -355,6 +319,7 @@ static void look_around(struct lum_net *net)
     }
     if (lum_auth_take_offered(net->config.auth))
         lum_sessions_review(net->sessions, time(NULL));
+    lum_net_take_read(net);
     lum_sessions_deliver(net->sessions);
     lum_net_http_look(net);
     tell_presence_soon(net); /* one who waited for a project is in */
@@ -473,6 +438,9 @@ enum lum_status lum_net_create(const struct lum_net_config *config, struct lum_n
         status = lum_fail(err, LUM_ERR_INTERNAL, "listen", "libwebsockets gives no context");
         goto fail;
     }
+    status = lum_reader_create(lum_net_wake, net, &net->reader, err);
+    if (status)
+        goto fail;
     errno = 0;
     net->vhost = lws_create_vhost(net->context, &info);
     if (!net->vhost) {
@@ -494,6 +462,7 @@ void lum_net_destroy(struct lum_net *net)
 {
     if (!net)
         return;
+    lum_reader_destroy(net->reader); /* it wakes the context */
     if (net->context)
         lws_context_destroy(net->context);
     lum_free(net);

@@ -10,6 +10,7 @@
 #include "server/net/net.h"
 #include "server/net/peers.h"
 #include "server/net/fragments.h"
+#include "server/net/reader.h"
 
 #define LUM_NET_TX_BYTES (128u << 10)                /* one write: a raw tile of 128 x 128 and its header fit */
 #define LUM_NET_CHUNK_BYTES (LUM_NET_TX_BYTES - 16u) /* less the WebSocket frame header, at most 10 bytes */
@@ -30,6 +31,8 @@ struct conn {
     lws_sorted_usec_list_t read_later, count_later, cut_later;
     uint64_t n_read;    /* bytes, when it was counted last */
     uint64_t n_charged; /* bytes of messages since then, and what belongs to each */
+    bool owes;          /* what came is not paid for yet */
+    uint32_t n_reading; /* messages that the reader has, or that wait behind one */
     bool kept;          /* it said hello: no deadline runs */
     bool closing;       /* close_soon was called */
     bool sending;       /* message is on its way */
@@ -43,6 +46,7 @@ struct lum_net {
     struct lws_vhost *vhost;
     struct lws_protocols protocols[2];
     _Atomic bool woken, stop;
+    struct lum_reader *reader;
     /* net thread */
     struct lum_sessions *sessions;
     struct lum_http_site site;
@@ -54,6 +58,16 @@ struct lum_net {
     struct lum_handshakes handshakes; /* of TLS */
     unsigned char tx[LWS_PRE + LUM_NET_TX_BYTES];
 };
+
+/* ---- net_flow.c: who is read from, and when ---- */
+void lum_net_begin_flow(struct conn *c);
+void lum_net_end_flow(struct conn *c);
+/* What a client sends is paid for before anybody looks at it. */
+void lum_net_charge(struct conn *c, const char *bytes, size_t n);
+/* The whole message in c->rx, if it is large, or others of this client are being read. False: it is for the net thread.
+ */
+bool lum_net_read_beside(struct lum_net *net, struct conn *c);
+void lum_net_take_read(struct lum_net *net); /* what has been read */
 
 /* ---- net_http.c: callbacks, whose result is the library's: nonzero hangs up ---- */
 int lum_net_confirm_upgrade(const struct lum_net *net, struct lws *wsi);

@@ -16,6 +16,8 @@
 #include "server/net/projects.h"
 
 struct lum_net_counters;
+struct lum_reader;
+struct lum_reading;
 struct lum_session;
 struct lum_sessions; /* the table of all */
 
@@ -64,6 +66,11 @@ int64_t lum_session_charge(struct lum_session *s, const char *bytes, size_t n, b
 int64_t lum_session_charge_rest(struct lum_session *s, uint64_t n_bytes);
 /* One whole text message. */
 void lum_session_receive(struct lum_session *s, const char *text, size_t n_bytes);
+/* The same of a large one, which the reader reads first. text, from malloc, passes over. False: this session's are read
+ * at once, or memory is short; nothing has happened. */
+bool lum_session_read_beside(struct lum_session *s, struct lum_reader *reader, char *text, size_t n_bytes);
+/* When it has been read. NULL: its session is gone. */
+struct lum_session *lum_sessions_receive_read(struct lum_sessions *sessions, struct lum_reading *reading);
 /* The session must end: with this code, at once or when its text is out. The first call counts. */
 void lum_session_abort(struct lum_session *s, enum lum_close code);
 void lum_session_abort_after_text(struct lum_session *s, enum lum_close code);

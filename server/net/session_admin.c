@@ -36,6 +36,14 @@ bool lum_session_outstayed(struct lum_session *s)
     return over;
 }
 
+/* Of one who was silent since: whoever has the connections closes hers. */
+static bool has_ended(struct lum_session *s)
+{
+    bool over = lum_session_outstayed(s);
+    s->table->ended |= over;
+    return over;
+}
+
 static struct cJSON *list(struct lum_session *asking, const struct lum_rpc *rpc, struct lum_proto_error *err)
 {
     struct lum_json_reader r;
@@ -46,7 +54,7 @@ static struct cJSON *list(struct lum_session *asking, const struct lum_rpc *rpc,
     cJSON *result = cJSON_CreateObject(), *sessions = cJSON_CreateArray();
     bool ok = sessions != NULL;
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS && ok; i++)
-        if (lum_session_is_here(&t->slots[i]))
+        if (lum_session_is_here(&t->slots[i]) && !has_ended(&t->slots[i]))
             ok = lum_json_add(sessions, NULL, describe(&t->slots[i]));
     if (lum_json_add(result, "sessions", sessions) && ok)
         return result;

@@ -85,6 +85,12 @@ bool lum_session_has_scene(const struct lum_session *s, struct lum_proto_error *
 /* Tells the director; false when that has to be tried again. */
 bool lum_session_post(struct lum_session *s, const struct lum_request_type *type);
 
+struct lum_session *lum_session_find(struct lum_sessions *sessions, struct lum_session_ref ref); /* NULL: it is gone */
+
+/* ---- session_receive.c ---- */
+/* A stream may be hungry: the director is to look. */
+void lum_session_wake_director(struct lum_session *s, struct lum_stream *stream);
+
 /* ---- session_hello.c ---- */
 void lum_session_receive_hello(struct lum_session *s, struct lum_rpc *rpc, int64_t now_ns);
 /* Is its project open now? */

@@ -13,6 +13,12 @@
  * twenty is up to 200 ms late, one frame in ten thousand is thought three times as fast as its line is; one in a
  * hundred with half of it kept; nearly all if rates are averaged (line_test). */
 #define KEPT 0.75
+/* So many frames in a row that each tell of more than MUCH times the rate: the line has grown wide, and what was known
+ * of it is forgotten. The times of slow frames are long, and would be the average for twenty. Answers that come
+ * together are no more than frames that may be without one: the others of a run tell the rate as it is. */
+#define FASTER_RUN 4u
+#define MUCH 2.0
+_Static_assert(FASTER_RUN >= 2 * LUM_LIMIT_UNACKED_FRAMES, "half of a run is of frames that came by themselves");
 /* No frame's time is known better than that. */
 #define LEAST_NS 1e6
 /* Frames, or a time, of which none told more than a bound below the rate: then it is not believed any more. */
@@ -41,10 +47,29 @@ void lum_line_cut(struct lum_line *line)
         line->n--;
 }
 
+/* True: it is the last of a run. */
+static bool is_wider(struct lum_line *line, double bytes, double ns)
+{
+    if (bytes / ns * 1e9 <= MUCH * line->bytes_s)
+        line->faster.n = 0;
+    else if (line->faster.n++ == 0)
+        line->faster.bytes = line->faster.ns = 0.0;
+    line->faster.bytes += bytes;
+    line->faster.ns += ns;
+    return line->faster.n == FASTER_RUN;
+}
+
 static void know(struct lum_line *line, double bytes, double ns, int64_t now_ns)
 {
+    if (ns < LEAST_NS)
+        ns = LEAST_NS;
     line->sum.bytes = KEPT * line->sum.bytes + bytes;
-    line->sum.ns = KEPT * line->sum.ns + (ns > LEAST_NS ? ns : LEAST_NS);
+    line->sum.ns = KEPT * line->sum.ns + ns;
+    if (is_wider(line, bytes, ns)) {
+        line->sum.bytes = line->faster.bytes;
+        line->sum.ns = line->faster.ns;
+        line->faster.n = 0;
+    }
     line->bytes_s = line->sum.bytes / line->sum.ns * 1e9;
     line->bounds.n = 0;
     line->bounds.bytes = line->bounds.ns = 0.0;

@@ -32,6 +32,10 @@ struct lum_line {
         double bytes, ns; /* of frames that told the rate, the newest with the most weight */
     } sum;
     struct {
+        double bytes, ns; /* of the last n frames, which all told much more than was thought */
+        uint32_t n;
+    } faster;
+    struct {
         double bytes, ns; /* of the fastest frame that told no more than a bound below the rate */
         uint32_t n;
         int64_t since_ns;

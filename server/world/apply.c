@@ -55,7 +55,21 @@ static enum lum_status floats_of(const struct lum_floats *f, const char *field, 
     return LUM_OK;
 }
 
-static enum lum_status put_shape(struct lum_scene *scene, const struct lum_record *r, struct lum_error *err)
+/* Where a mesh goes: into the scene, or beside it. */
+struct mesh_end {
+    struct lum_scene *scene;
+    const struct lum_scene *beside;
+    struct lum_made_mesh *made; /* NULL: into the scene */
+};
+
+static enum lum_status end_mesh(const struct mesh_end *end, const char *id, const struct lum_mesh_desc *desc,
+                                struct lum_error *err)
+{
+    return end->made ? lum_scene_make_mesh(end->beside, desc, end->made, err)
+                     : lum_scene_put_mesh(end->scene, id, desc, err);
+}
+
+static enum lum_status put_shape(const struct mesh_end *end, const struct lum_record *r, struct lum_error *err)
 {
     const struct lum_record_mesh *m = &r->mesh;
     struct lum_shape_params params = {.segments = {(uint32_t)m->segments[0], (uint32_t)m->segments[1]}};
@@ -72,16 +86,16 @@ static enum lum_status put_shape(struct lum_scene *scene, const struct lum_recor
                                  .n_vertices = shape.n_vertices,
                                  .n_triangles = shape.n_triangles,
                                  .deforming = m->deforming};
-    st = lum_scene_put_mesh(scene, r->id, &desc, err);
+    st = end_mesh(end, r->id, &desc, err);
     lum_shape_finish(&shape);
     return st;
 }
 
-static enum lum_status put_mesh(struct lum_scene *scene, const struct lum_record *r, struct lum_error *err)
+static enum lum_status put_mesh(const struct mesh_end *end, const struct lum_record *r, struct lum_error *err)
 {
     const struct lum_record_mesh *m = &r->mesh;
     if (m->shape[0])
-        return put_shape(scene, r, err);
+        return put_shape(end, r, err);
     struct lum_mesh_desc desc = {.positions = m->positions.f64,
                                  .positions_f = m->positions.f64 ? NULL : m->positions.f32,
                                  .indices = m->indices.u32,
@@ -97,12 +111,18 @@ static enum lum_status put_mesh(struct lum_scene *scene, const struct lum_record
     if (!st)
         st = floats_of(&m->colors, "colors", &colors, &desc.colors, err);
     if (!st)
-        st = lum_scene_put_mesh(scene, r->id, &desc, err);
+        st = end_mesh(end, r->id, &desc, err);
     lum_free(normals);
     lum_free(uvs);
     lum_free(tangents);
     lum_free(colors);
     return st;
+}
+
+enum lum_status lum_apply_make_mesh(const struct lum_scene *scene, const struct lum_record *mesh,
+                                    struct lum_made_mesh *ret_made, struct lum_error *err)
+{
+    return put_mesh(&(struct mesh_end){.beside = scene, .made = ret_made}, mesh, err);
 }
 
 static enum lum_status put_image(struct lum_scene *scene, const struct lum_record *r, struct lum_error *err)
@@ -121,7 +141,12 @@ static enum lum_status put_image(struct lum_scene *scene, const struct lum_recor
     if (im->n_bytes != (size_t)im->width * im->height * texel_bytes)
         return lum_fail(err, LUM_ERR_INVALID, "pixels", "%zu bytes of pixels do not make %u x %u texels of %zu bytes",
                         im->n_bytes, im->width, im->height, texel_bytes);
-    return lum_scene_put_image(scene, r->id, &desc, err);
+    if (desc.texel == LUM_TEXEL_RGB32F)
+        return lum_scene_put_image(scene, r->id, &desc, err);
+    enum lum_status st = lum_scene_share_image(scene, r->id, &desc, lum_bulk_unref, lum_bulk_ref(im->pixels), err);
+    if (st)
+        lum_bulk_unref(im->pixels);
+    return st;
 }
 
 /* ---- materials ---- */
@@ -404,7 +429,7 @@ enum lum_status lum_apply_put(struct lum_scene *scene, const struct lum_record *
     enum lum_status st;
     switch (r->type) {
     case LUM_RECORD_MESH:
-        return put_mesh(scene, r, err);
+        return put_mesh(&(struct mesh_end){.scene = scene}, r, err);
     case LUM_RECORD_IMAGE:
         return put_image(scene, r, err);
     case LUM_RECORD_MATERIAL: {

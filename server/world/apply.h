@@ -32,6 +32,11 @@ LUM_MUST_USE enum lum_status lum_apply_reverse(struct lum_scene *scene, const st
  */
 LUM_MUST_USE enum lum_status lum_apply_put(struct lum_scene *scene, const struct lum_record *r, struct lum_error *err);
 
+/* Makes the mesh of a record whose `deforming` is not set, beside the scene. Thread: any, while nobody writes the
+ * scene. */
+LUM_MUST_USE enum lum_status lum_apply_make_mesh(const struct lum_scene *scene, const struct lum_record *mesh,
+                                                 struct lum_made_mesh *ret_made, struct lum_error *err);
+
 /* The conversions on their own. Strings of the result are borrowed from the record. web: of an ies light, else
  * NULL. */
 LUM_MUST_USE enum lum_status lum_apply_light(const struct lum_record *r, const struct lum_web *web,

@@ -7,6 +7,7 @@
 #include "protocol/base/limits.h"
 #include "server/base/log.h"
 #include "server/world/apply.h"
+#include "server/world/restore.h"
 
 enum lum_status lum_world_init(struct lum_world *w, uint32_t threads, const char *isa, const struct lum_log *log,
                                struct lum_error *err)
@@ -35,6 +36,7 @@ enum lum_status lum_world_init(struct lum_world *w, uint32_t threads, const char
 
 void lum_world_finish(struct lum_world *w)
 {
+    lum_trees_stop(w->trees);
     lum_caustics_finish(&w->caustics);
     lum_caches_destroy(w->caches);
     lum_snapshot_unref(w->lit);
@@ -50,56 +52,51 @@ void lum_world_finish(struct lum_world *w)
 
 /* ---- keeping the renderer in step ---- */
 
-struct rebuild {
-    struct lum_scene *scene;
-    struct lum_totals totals;
-    enum lum_status status;
-    struct lum_error error; /* of the record that was refused */
-    lum_id id;
-};
-
-static void rebuild_one(void *user, const struct lum_record *r)
-{
-    struct rebuild *b = user;
-    if (b->status)
-        return;
-    b->totals = lum_totals_sum(b->totals, lum_totals_of(r));
-    b->status = lum_apply_put(b->scene, r, &b->error);
-    memcpy(b->id, r->id, sizeof b->id);
-}
-
 /* Makes the renderer's scene anew from the document: the way out when an edit could neither be finished nor taken back.
  */
 static void rebuild_scene(struct lum_world *w)
 {
-    struct rebuild b = {0};
-    b.status = lum_scene_create(w->device, &b.scene, NULL);
-    if (!b.status && !lum_document_each(w->doc, rebuild_one, &b))
-        b.status = LUM_ERR_NOMEM;
-    if (b.status) {
+    struct lum_scene *scene = NULL;
+    struct lum_totals totals;
+    enum lum_status st = lum_scene_create(w->device, &scene, NULL);
+    if (!st) {
+        lum_scene_hurry(scene, w->hurry);
+        st = lum_scene_of_document(scene, w->pool, w->doc, &totals, NULL);
+    }
+    if (st) {
         lum_log(&w->log, LUM_LOG_ERROR, "world",
                 "the scene could not be rebuilt after a failed edit (%s); it shows its last good state",
-                lum_status_text(b.status));
-        lum_scene_destroy(b.scene);
+                lum_status_text(st));
+        lum_scene_destroy(scene);
         return;
     }
-    lum_scene_succeed(b.scene, w->scene); /* views compare versions: none may stand for two scenes */
+    lum_scene_succeed(scene, w->scene); /* views compare versions: none may stand for two scenes */
     lum_scene_destroy(w->scene);
-    w->scene = b.scene;
+    w->scene = scene;
 }
 
 enum lum_status lum_world_restore(struct lum_world *w, struct lum_document *doc, struct lum_error *err)
 {
-    struct rebuild b = {.scene = w->scene};
     lum_document_destroy(w->doc);
     w->doc = doc;
     w->repatched = true;
-    if (!lum_document_each(doc, rebuild_one, &b))
-        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the scene");
-    w->totals = b.totals; /* whatever they are: it was accepted once */
-    if (b.status)
-        return lum_fail(err, b.status, b.error.field, "\"%.64s\" cannot be shown: %.160s", b.id, b.error.text);
-    return lum_world_commit(w, err);
+    /* the totals are taken whatever they are: it was accepted once */
+    enum lum_status st = lum_scene_of_document(w->scene, w->pool, doc, &w->totals, err);
+    return st ? st : lum_world_commit(w, err);
+}
+
+void lum_world_hurry(struct lum_world *w, const struct lum_trees_ready *ready)
+{
+    w->hurry = true;
+    w->trees_ready = *ready;
+    lum_scene_hurry(w->scene, true);
+}
+
+void lum_world_turn_trees(struct lum_world *w)
+{
+    struct lum_error e;
+    if (w->hurry && lum_trees_turn(&w->trees, w->device, w->scene, &w->trees_ready) && lum_world_commit(w, &e))
+        lum_log(&w->log, LUM_LOG_WARNING, "world", "better trees wait for the next edit: %s", e.text);
 }
 
 /* Where in the ops the record that was refused comes from: "ops/3", or "" when it is not from there (undo). */

@@ -18,6 +18,7 @@
 #include "server/world/fade.h"
 #include "server/world/patches.h"
 #include "server/world/totals.h"
+#include "server/world/trees.h"
 
 struct lum_world {
     struct lum_pool *pool;
@@ -36,6 +37,9 @@ struct lum_world {
     bool repatched;                      /* an edit since touched one of them */
     struct lum_fade fade;                /* its owner turns it, and relights */
     struct lum_caustics caustics;        /* lum_world_caustics */
+    bool hurry;                          /* lum_world_hurry */
+    struct lum_trees *trees;
+    struct lum_trees_ready trees_ready;
     struct lum_log log;
 };
 
@@ -63,6 +67,11 @@ bool lum_world_redo(struct lum_world *world, const char *user, struct lum_change
  */
 LUM_MUST_USE enum lum_status lum_world_restore(struct lum_world *world, struct lum_document *doc,
                                                struct lum_error *err);
+
+/* From now on large meshes are soon shown, and better to trace later: then ready is told, and whoever edits the scene
+ * turns. */
+void lum_world_hurry(struct lum_world *world, const struct lum_trees_ready *ready);
+void lum_world_turn_trees(struct lum_world *world); /* while no edit is pending: it commits */
 
 /* Takes the last edit back, as if it had not been. Called for several, last first: the users' histories forget only the
  * newest, and an undo of one of the others answers "conflict". */

@@ -97,6 +97,20 @@ class Framing(unittest.TestCase):
         for code in (1000, 1001, 3000, 4999):
             self.closes_with(code, frame(CLOSE, struct.pack("!H", code) + b"bye"))
 
+    def test_large_and_small_messages_keep_their_order(self):
+        """Large ones are parsed beside the small ones, which may not overtake them; a client may go meanwhile."""
+        asked = [(i, b"x" * (40000 if i % 3 == 1 else 1 if i % 2 else 0)) for i in range(100, 160)]
+        stream = b"".join(frame(TEXT, b'{"jsonrpc":"2.0","id":%d,"method":"no.such","params":{"x":"%s"}}' % one) for one in asked)
+        ws = self.daemon.connect()
+        ws.send_raw(stream)
+        while len(ws.replies) < len(asked):
+            ws.pump()
+        self.assertEqual(list(ws.replies), [i for i, _ in asked])
+        for _ in range(20):
+            gone = self.daemon.connect()
+            gone.send_raw(stream)
+            gone.close()
+
     # ---- sizes: one below, at, one above ----
 
     def test_message_size(self):

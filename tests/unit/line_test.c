@@ -222,6 +222,21 @@ static void a_line_that_slows_down_is_noticed(void **state)
     assert_true(fabs(s.line.bytes_s - 1e5) < 100);
 }
 
+/* Four frames in a row that tell of more than twice the rate are all that is known then: the first, which was alone,
+ * has the round trip in its time. Their times, of .03 s, would else be averaged with some of 3 s for twenty frames. */
+static void a_line_that_grows_wide_is_noticed(void **state)
+{
+    (void)state;
+    struct sim s = sim_of(1e5, 10);
+    busy(&s, 300000, 20);
+    s.bytes_s = 1e7;
+    s.now_ns += 1e9;
+    busy(&s, 300000, 2); /* four answers */
+    assert_rate(&s, 4 * 300000 / (4 * 300000 / 1e7 + 0.01));
+    busy(&s, 300000, 20);
+    assert_true(fabs(s.line.bytes_s - 1e7) < 0.01 * 1e7);
+}
+
 /* A client that draws for 80 ms, and says so, has no slower line. */
 static void what_the_client_held_is_not_the_lines(void **state)
 {
@@ -286,6 +301,7 @@ int main(void)
         cmocka_unit_test(bounds_alone_end_what_was_known),
         cmocka_unit_test(what_is_owed_takes_its_time),
         cmocka_unit_test(a_line_that_slows_down_is_noticed),
+        cmocka_unit_test(a_line_that_grows_wide_is_noticed),
         cmocka_unit_test(what_the_client_held_is_not_the_lines),
         cmocka_unit_test(odd_answers_do_no_harm),
     };

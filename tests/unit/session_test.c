@@ -449,6 +449,25 @@ static void test_a_token_ends_while_its_session_goes_on(void **state)
     assert_int_equal(lum_session_close_now(other), LUM_CLOSE_REVOKED);
 }
 
+/* One who says nothing when her time is over is not told of as if she were here, and goes. */
+static void test_who_is_silent_when_her_token_ends_is_not_listed(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_session *silent = open_greeted(f);
+    f->s->person.role = LUM_ROLE_ADMIN;
+    silent->person.ends_s = 1;
+    receive(f->s, "{\"jsonrpc\":\"2.0\",\"id\":2,\"method\":\"session.list\"}");
+    char *text = next_text(f->s), name[LUM_LIMIT_ID_BYTES + 3];
+    assert_non_null(text);
+    snprintf(name, sizeof name, "\"%s\"", f->s->user);
+    assert_non_null(strstr(text, name));
+    snprintf(name, sizeof name, "\"%s\"", silent->user);
+    assert_null(strstr(text, name));
+    free(text);
+    assert_int_equal(lum_session_close_now(silent), LUM_CLOSE_REVOKED);
+    assert_true(lum_sessions_take_ended(f->sessions)); /* so that her connection is looked at */
+}
+
 /* Who was cut off is remembered for so long, and then all of her is forgotten; the director hears both. */
 static void test_who_does_not_come_back_is_forgotten(void **state)
 {
@@ -579,6 +598,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_bytes_are_paid_for_before_they_are_read, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_drain, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_a_token_ends_while_its_session_goes_on, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_who_is_silent_when_her_token_ends_is_not_listed, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_who_does_not_come_back_is_forgotten, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_nobody_takes_the_places_of_others, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_a_session_is_kept_until_its_time_is_over, set_up, tear_down),

@@ -1,0 +1,183 @@
+/* Large meshes are shown with trees that were made in a hurry, and get better ones: no ray, and no view, sees which. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+#include <cmocka.h>
+#include <semaphore.h>
+
+#include "core/scene/scene.h"
+#include "core/trace/rays.h"
+#include "server/world/world.h"
+
+struct bed {
+    struct lum_world world;
+    sem_t ready;
+};
+
+static void tell(void *user)
+{
+    sem_post(&((struct bed *)user)->ready);
+}
+
+static struct bed *bed_create(bool hurry)
+{
+    struct bed *b = calloc(1, sizeof *b);
+    assert_non_null(b);
+    assert_int_equal(sem_init(&b->ready, 0, 0), 0);
+    assert_int_equal(lum_world_init(&b->world, 2, NULL, NULL, NULL), LUM_OK);
+    if (hurry)
+        lum_world_hurry(&b->world, &(struct lum_trees_ready){tell, b});
+    return b;
+}
+
+static void bed_destroy(struct bed *b)
+{
+    lum_world_finish(&b->world);
+    sem_destroy(&b->ready);
+    free(b);
+}
+
+static void edit(struct bed *b, const char *text)
+{
+    struct lum_ops ops;
+    struct lum_changes changes;
+    struct lum_proto_error err;
+    struct lum_error e;
+    cJSON *json = cJSON_Parse(text);
+    if (!json || !lum_ops_from_json(json, &ops, &err) ||
+        !lum_world_apply(&b->world, &(struct lum_edit){"ann", &ops, NULL, 0}, &changes, &err))
+        fail_msg("%s: %s", text, err.text);
+    assert_int_equal(lum_world_commit(&b->world, &e), LUM_OK);
+    lum_changes_finish(&changes);
+    lum_ops_finish(&ops);
+    cJSON_Delete(json);
+}
+
+/* 2 * 300 * (120 - 1) triangles, more than are called many; and a few. */
+static void fill(struct bed *b)
+{
+    edit(b, "[{\"op\":\"add\",\"type\":\"material\",\"id\":\"white\"},"
+            "{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"large\",\"shape\":\"sphere\",\"segments\":[300,120]},"
+            "{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"small\",\"shape\":\"sphere\",\"segments\":[30,12]},"
+            "{\"op\":\"add\",\"type\":\"object\",\"id\":\"o\",\"mesh\":\"large\",\"material\":\"white\"},"
+            "{\"op\":\"add\",\"type\":\"object\",\"id\":\"p\",\"mesh\":\"small\",\"material\":\"white\","
+            "\"transform\":{\"translate\":[3,0,0]}}]");
+    assert_in_range(b->world.snapshot->n_triangles, LUM_SCENE_QUICK_TRIANGLES, UINT32_MAX);
+}
+
+static bool is_quick(const struct bed *b)
+{
+    assert_false(b->world.snapshot->instances[1].mesh->quick);
+    return b->world.snapshot->instances[0].mesh->quick;
+}
+
+/* A grid across all of it, many rays along edges of triangles and through corners. */
+static void look(const struct lum_snapshot *s, struct lum_hits *ret_hits)
+{
+    static struct lum_rays rays;
+    struct lum_counters counters = {0};
+    struct lum_trace trace = lum_trace_of(s, &counters);
+    struct lum_vec3 lo = s->bounds_lo, hi = s->bounds_hi;
+    rays.n = 0;
+    for (uint32_t i = 0; i < LUM_RAY_BATCH; i++) {
+        float x = (float)(i % 16) / 15.0f, y = (float)(i / 16) / 15.0f;
+        struct lum_vec3 o = lum_v3(lo.x + x * (hi.x - lo.x), lo.y + y * (hi.y - lo.y), hi.z + 1.0f);
+        lum_rays_push(&rays, o, lum_v3(0.0f, 0.0f, -1.0f), INFINITY);
+    }
+    memset(ret_hits, 0, sizeof *ret_hits);
+    lum_trace_closest(&trace, &rays, ret_hits);
+    for (uint32_t i = 0; i < rays.n; i++)
+        if (ret_hits->object[i] == LUM_NO_OBJECT) /* the rest of a miss is undefined */
+            ret_hits->t[i] = ret_hits->u[i] = ret_hits->v[i] = ret_hits->ngx[i] = ret_hits->ngy[i] = ret_hits->ngz[i] =
+                0.0f,
+            ret_hits->prim[i] = 0;
+}
+
+static void hits_are_the_same(void **state)
+{
+    static struct lum_hits quick, better;
+    struct bed *b = bed_create(true);
+    (void)state;
+    fill(b);
+    assert_true(is_quick(b));
+    look(b->world.snapshot, &quick);
+    const struct lum_snapshot *was = lum_snapshot_ref(b->world.snapshot);
+    lum_world_turn_trees(&b->world);
+    assert_ptr_equal(b->world.snapshot, was); /* it has only begun */
+    sem_wait(&b->ready);
+    lum_world_turn_trees(&b->world);
+    assert_false(is_quick(b));
+    assert_ptr_not_equal(b->world.snapshot->top, was->top);
+    assert_true(lum_versions_equal(&b->world.snapshot->versions, &was->versions));
+    assert_int_equal(b->world.snapshot->scene_rev, was->scene_rev);
+    look(b->world.snapshot, &better);
+    assert_memory_equal(&quick, &better, sizeof quick);
+    uint32_t n_hit = 0;
+    for (uint32_t i = 0; i < LUM_RAY_BATCH; i++)
+        n_hit += better.object[i] != LUM_NO_OBJECT;
+    assert_in_range(n_hit, LUM_RAY_BATCH / 4, LUM_RAY_BATCH);
+    look(was, &better); /* who renders still has the old ones */
+    assert_memory_equal(&quick, &better, sizeof quick);
+    lum_snapshot_unref(was);
+    was = b->world.snapshot;
+    lum_world_turn_trees(&b->world);
+    assert_ptr_equal(b->world.snapshot, was); /* nothing is left to be done */
+    bed_destroy(b);
+}
+
+static void without_hurry_there_is_nothing_to_better(void **state)
+{
+    struct bed *b = bed_create(false);
+    (void)state;
+    fill(b);
+    assert_false(is_quick(b));
+    const struct lum_snapshot *was = b->world.snapshot;
+    lum_world_turn_trees(&b->world);
+    assert_ptr_equal(b->world.snapshot, was);
+    bed_destroy(b);
+}
+
+static void what_is_gone_needs_none(void **state)
+{
+    struct bed *b = bed_create(true);
+    (void)state;
+    fill(b);
+    lum_world_turn_trees(&b->world);
+    edit(b, "[{\"op\":\"remove\",\"id\":\"o\"},{\"op\":\"remove\",\"id\":\"large\"}]");
+    sem_wait(&b->ready);
+    const struct lum_snapshot *was = b->world.snapshot;
+    lum_world_turn_trees(&b->world);
+    assert_int_equal(b->world.snapshot->n_instances, 1);
+    assert_ptr_equal(b->world.snapshot->top, was->top);
+    bed_destroy(b);
+}
+
+/* The end does not wait for trees, and nothing is left behind (which the address sanitizer sees). */
+static void the_end_comes_at_any_time(void **state)
+{
+    (void)state;
+    for (int turns = 0; turns < 3; turns++) {
+        struct bed *b = bed_create(true);
+        fill(b);
+        for (int i = 0; i < turns; i++)
+            lum_world_turn_trees(&b->world);
+        bed_destroy(b);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(hits_are_the_same),
+        cmocka_unit_test(without_hurry_there_is_nothing_to_better),
+        cmocka_unit_test(what_is_gone_needs_none),
+        cmocka_unit_test(the_end_comes_at_any_time),
+    };
+    return cmocka_run_group_tests_name("trees", tests, NULL, NULL);
+}
