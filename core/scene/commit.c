@@ -268,11 +268,12 @@ static struct lum_versions count_versions(const struct commit *c)
     const struct lum_snapshot_parts *p = c->parts, *previous = c->last->parts;
     bool same_geometry = c->shared_top && pass_same(p, previous);
     bool same_material = c->shared_materials || same_but_emission(p->materials, previous->materials);
-    v.geometry += !same_geometry;
-    v.material += !(same_material && same_assignment(p, previous));
-    v.light_shape += !c->same_shapes;
-    v.light_power += !c->same_power;
-    v.medium += !same_media(p, previous);
+    uint64_t step = c->scene->version_step ? c->scene->version_step : 1;
+    v.geometry += same_geometry ? 0 : step;
+    v.material += same_material && same_assignment(p, previous) ? 0 : step;
+    v.light_shape += c->same_shapes ? 0 : step;
+    v.light_power += c->same_power ? 0 : step;
+    v.medium += same_media(p, previous) ? 0 : step;
     return v;
 }
 

@@ -30,6 +30,11 @@ LUM_MUST_USE enum lum_status lum_scene_create(struct lum_device *device, struct 
 /* For a scene that takes the place of previous and was never committed: its versions begin above previous's, so that
  * who watched previous sees everything change. */
 void lum_scene_succeed(struct lum_scene *scene, const struct lum_scene *previous);
+/* Another scene with the same content, committed as this one is by now: it goes its own way from there, and shares what
+ * is heavy. Its snapshots count what differs from the last common one in version_step, so that none stands for one of
+ * this scene, nor of a fork with another step. */
+LUM_MUST_USE enum lum_status lum_scene_fork(const struct lum_scene *scene, uint64_t version_step,
+                                            struct lum_scene **ret_scene, struct lum_error *err);
 void lum_scene_destroy(struct lum_scene *scene); /* accepts NULL; snapshots live on */
 
 /* Smooth solid glass bends light (false, as scenes are made), or lets it straight through at each face, dimmed by what

@@ -82,6 +82,7 @@ struct lum_scene {
     struct lum_table tables[LUM_ENTITY_COUNT];
     const struct lum_snapshot *last; /* the newest snapshot, or NULL before the first commit */
     struct lum_versions previous;    /* of the scene that this one replaced; else 0 */
+    uint64_t version_step;           /* lum_scene_fork; else 0, which counts as 1 */
     uint64_t dropped_triangles, dropped_texels;
     bool straight_glass;
     bool hurry;

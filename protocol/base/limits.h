@@ -10,14 +10,12 @@
 #define LUM_LIMIT_STRING_BYTES 4096
 
 /* ---- JSON ---- */
-#define LUM_LIMIT_MESSAGE_BYTES                                                                                        \
-    (8u << 20)                     /* a mesh edit of 100 k vertices fits; parsed on the net thread in 30 to 200 ms */
-#define LUM_LIMIT_JSON_DEPTH 32    /* the deepest message is 8 */
+#define LUM_LIMIT_MESSAGE_BYTES (8u << 20) /* a mesh edit of 100 k vertices; parsed in 30 to 200 ms */
+#define LUM_LIMIT_JSON_DEPTH 32            /* the deepest message is 8 */
 #define LUM_LIMIT_JSON_MEMBERS 64u /* of one object: the largest record has 25 fields; keeps duplicate checks cheap */
-#define LUM_LIMIT_JSON_NUMBER_BYTES 63 /* digits of one number: the parser's own buffer */
-#define LUM_LIMIT_JSON_TOKENS 1200000u /* numbers and strings of the largest message; cJSON takes 64 B each */
-#define LUM_LIMIT_STORED_BYTES                                                                                         \
-    (256u << 20) /* a line of a scene file: a mesh of a million vertices with all its digits */
+#define LUM_LIMIT_JSON_NUMBER_BYTES 63      /* digits of one number: the parser's own buffer */
+#define LUM_LIMIT_JSON_TOKENS 1200000u      /* numbers and strings of the largest message; cJSON takes 64 B each */
+#define LUM_LIMIT_STORED_BYTES (256u << 20) /* a line of a scene file: a mesh of a million vertices */
 #define LUM_LIMIT_STORED_TOKENS (16u * LUM_LIMIT_JSON_TOKENS) /* of it */
 #define LUM_LIMIT_SCENE_BYTES (1u << 30)                      /* a scene file or journal */
 #define LUM_LIMIT_OPS_PER_MESSAGE 4096u
@@ -43,11 +41,17 @@
 #define LUM_LIMIT_SCENE_MEMORY (16ull << 30)  /* of all records, as sent and as drawn; or most of the machine's */
 #define LUM_LIMIT_WEB_VALUES (1u << 18)       /* intensities of a photometric web: half a degree in all directions */
 #define LUM_LIMIT_WEB_FILE_BYTES (16u << 20)  /* text of a photometric file: 64 bytes for each of so many */
-#define LUM_LIMIT_COORD_M 1e9 /* metres from the origin: an Earth's orbit of satellites is not a scene */
-#define LUM_LIMIT_UNDO 256u   /* transactions kept per user */
-#define LUM_LIMIT_UNDO_BYTES                                                                                           \
-    (1ull << 29)                  /* records that undone and undoable transactions of all users may hold on to */
-#define LUM_LIMIT_UNDO_USERS 256u /* users with a history; beyond, the one idle longest loses it */
+#define LUM_LIMIT_COORD_M 1e9             /* metres from the origin: an Earth's orbit of satellites is not a scene */
+#define LUM_LIMIT_UNDO 256u               /* transactions kept per user */
+#define LUM_LIMIT_UNDO_BYTES (1ull << 29) /* records that transactions of all users may hold on to */
+#define LUM_LIMIT_UNDO_USERS 256u         /* users with a history; beyond, the one idle longest loses it */
+
+#define LUM_LIMIT_PAST_STEPS 1024u          /* moments of a scene: a day of steps that take half a minute each */
+#define LUM_LIMIT_PAST_BYTES (1ull << 29)   /* records that they hold on to, as LUM_LIMIT_UNDO_BYTES */
+#define LUM_LIMIT_MOMENTS 100u              /* that have names, as versions of a project */
+#define LUM_LIMIT_MOMENT_NAME_BYTES 120     /* a line of a list */
+#define LUM_LIMIT_MOMENTS_SHOWN 8u          /* at once, by views: each has surfaces of its own to trace */
+#define LUM_LIMIT_MOMENT_BYTES (1ull << 30) /* that one of them takes more than the scene */
 
 /* ---- views ---- */
 #define LUM_LIMIT_VIEW_MIN 1u
@@ -57,19 +61,16 @@
 #define LUM_LIMIT_VIEWS 64u               /* of all sessions: one each; they take turns */
 #define LUM_LIMIT_VIEWS_PIXELS (1u << 25) /* all views together: 1.6 GiB of film */
 #define LUM_LIMIT_SPP 65536u
-#define LUM_LIMIT_SOLO 16u         /* names of lamps and groups that a view shows alone */
-#define LUM_LIMIT_FALSE_COLOR 1e12 /* lx or cd/m2 of a scale: the sun's disc has 1.6e9 cd/m2 */
-#define LUM_LIMIT_VIEW_EV 40.0     /* either way: a thousand times beyond starlight and the sun's disc */
-#define LUM_LIMIT_DEPTH 64u        /* and the default: roulette ends nearly all paths before */
-
-#define LUM_LIMIT_CACHES_BYTES                                                                                         \
-    (2ull << 30) /* records of all irradiance caches of a scene: four at their largest, 512 MiB */
+#define LUM_LIMIT_SOLO 16u                  /* names of lamps and groups that a view shows alone */
+#define LUM_LIMIT_FALSE_COLOR 1e12          /* lx or cd/m2 of a scale: the sun's disc has 1.6e9 cd/m2 */
+#define LUM_LIMIT_VIEW_EV 40.0              /* either way: a thousand times beyond starlight and the sun's disc */
+#define LUM_LIMIT_DEPTH 64u                 /* and the default: roulette ends nearly all paths before */
+#define LUM_LIMIT_CACHES_BYTES (2ull << 30) /* all irradiance caches of a scene: four at their largest */
 
 /* ---- network ---- */
-#define LUM_LIMIT_SESSIONS 64u     /* that said hello */
-#define LUM_LIMIT_CONNECTIONS 256u /* TCP: a browser opens six for the page beside its session */
-#define LUM_LIMIT_CONNECTIONS_PER_IP                                                                                   \
-    64u /* an IPv6 /64 is one; it cannot shut out the others. A proxy in front is one */
+#define LUM_LIMIT_SESSIONS 64u           /* that said hello */
+#define LUM_LIMIT_CONNECTIONS 256u       /* TCP: a browser opens six for the page beside its session */
+#define LUM_LIMIT_CONNECTIONS_PER_IP 64u /* an IPv6 /64 is one. A proxy in front is one */
 /* Handshakes of TLS: each takes some 1.5 ms of the net thread, so that all take a tenth of it at most */
 #define LUM_LIMIT_HANDSHAKES_PER_S 64u     /* of all; beyond what follows */
 #define LUM_LIMIT_HANDSHAKES_BURST 512u    /* of all at once: everybody comes back after a restart */
@@ -77,9 +78,8 @@
 #define LUM_LIMIT_HANDSHAKES_IP_BURST 128u /* likewise, at once: a browser begins six for the page */
 #define LUM_LIMIT_HANDSHAKE_NETWORKS 1024u /* remembered: those that came last */
 #define LUM_LIMIT_KEY_CHANGES 32u          /* of a connection: each takes 20 us; a key is good for 2^24 records */
-#define LUM_LIMIT_RESUME_S                                                                                             \
-    300u /* who was cut off may come back so long: a train's tunnel, a laptop that is carried over */
-#define LUM_LIMIT_PARKED 64u         /* of them; beyond, who was cut off longest is gone */
+#define LUM_LIMIT_RESUME_S 300u            /* who was cut off may come back so long: a tunnel, a laptop */
+#define LUM_LIMIT_PARKED 64u               /* of them; beyond, who was cut off longest is gone */
 #define LUM_LIMIT_REPEATS 256u       /* edits of a session whose op_id is known: more than it can have under way */
 #define LUM_LIMIT_REPEAT_USERS 256u  /* whose are known: those who edited last */
 #define LUM_LIMIT_CHANGES_KEPT 1024u /* of the scene, for those who come back */
@@ -103,11 +103,9 @@
 #define LUM_LIMIT_HTTP_HEADER_BYTES 4096u         /* of a request: a browser's fits; larger is refused */
 
 /* ---- answers that take their time ---- */
-#define LUM_LIMIT_PROBES_WAITING 64u /* of a session: a work plane of points; a minute of work */
-
+#define LUM_LIMIT_PROBES_WAITING 64u    /* of a session: a work plane of points; a minute of work */
 #define LUM_LIMIT_SCENE_GETS_WAITING 4u /* of a session: each answer is as long as the scene */
-
-#define LUM_LIMIT_ASSETS_WAITING 64u /* of a session: what a list of files shows at once, and a page more */
+#define LUM_LIMIT_ASSETS_WAITING 64u    /* of a session: what a list of files shows at once, and a page more */
 
 /* ---- assets ---- */
 #define LUM_LIMIT_ASSETS_LISTED 4096u   /* of one answer: a maker's catalogue, in 1 MiB */

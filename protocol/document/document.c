@@ -46,6 +46,7 @@ void lum_document_destroy(struct lum_document *doc)
     if (!doc)
         return;
     lum_history_finish(doc);
+    lum_past_finish(&doc->past);
     lum_table_finish(&doc->table);
     free(doc);
 }
@@ -404,6 +405,7 @@ bool lum_document_apply(struct lum_document *doc, const char *user, const struct
         lum_changes_finish(&changes);
         return lum_proto_fail_memory(err);
     }
+    lum_past_note(doc, &(struct lum_past_edit){user, ops->undo_group, LUM_PAST_APPLY, 0}, &changes);
     *ret_changes = changes;
     return true;
 }

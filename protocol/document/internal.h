@@ -1,11 +1,13 @@
-/* Inside of struct lum_document, shared by document.c, transaction.c, history.c, undo.c, state.c, targets.c and
- * document_json.c. */
+/* Inside of struct lum_document, shared by document.c, transaction.c, history.c, undo.c, state.c, targets.c
+ * and document_json.c. */
 #ifndef LUM_PROTOCOL_DOCUMENT_INTERNAL_H
 #define LUM_PROTOCOL_DOCUMENT_INTERNAL_H
 
 #include "protocol/base/hash.h"
 #include "protocol/document/document.h"
 #include "protocol/document/held.h"
+#include "protocol/document/past.h"
+#include "protocol/document/state.h"
 #include "protocol/document/table.h"
 
 /* ---- a transaction while it runs (transaction.c) ---- */
@@ -31,6 +33,7 @@ bool lum_txn_step(struct lum_txn *t, struct lum_record *before, struct lum_recor
 void lum_txn_rollback(struct lum_txn *t); /* undoes all steps and frees what the transaction holds */
 /* The net effect of all steps, sorted; frees the log. On failure everything is taken back. */
 bool lum_txn_end(struct lum_txn *t, struct lum_changes *ret_changes);
+void lum_changes_sort(struct lum_changes *c); /* to an order that can be walked, or gone back */
 
 /* ---- targets of patches (targets.c) ---- */
 
@@ -68,12 +71,37 @@ struct lum_last_action {
     struct lum_history_entry *entry; /* apply: owned; else the head of a list of history. NULL: history is */
 };
 
+/* ---- what was ---- */
+
+struct lum_past {
+    bool kept;
+    struct lum_moment first;   /* has no changes */
+    struct lum_moment **steps; /* owned; that follow it, the newest last */
+    size_t n, capacity;
+    struct lum_held held; /* by all of them */
+    int64_t now_ms;
+};
+struct lum_past_edit {
+    const char *user, *group;
+    enum lum_past_did did;
+    uint64_t to; /* revert */
+};
+void lum_past_finish(struct lum_past *p);
+/* Takes note of what made this revision. Without memory all moments but now are forgotten: an edit never fails for it.
+ */
+void lum_past_note(struct lum_document *doc, const struct lum_past_edit *edit, const struct lum_changes *changes);
+/* This revision is about to be taken back. */
+void lum_past_take_back(struct lum_document *doc, const struct lum_changes *changes);
+bool lum_past_take_state(const struct lum_document *doc, struct lum_past_state *ret); /* both false: memory is short */
+bool lum_past_put_state(struct lum_document *doc, const struct lum_past_state *s);
+
 struct lum_document {
     struct lum_table table;
     uint64_t rev;
     bool replays;                  /* lum_document_replay */
     struct lum_history *histories; /* most recently used first */
     struct lum_last_action last;
+    struct lum_past past;
 };
 
 void lum_history_settle(struct lum_document *doc);

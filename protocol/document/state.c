@@ -18,6 +18,7 @@ void lum_document_state_drop_histories(struct lum_document_state *s)
     free(s->histories);
     s->histories = NULL;
     s->n_histories = 0;
+    lum_past_state_finish(&s->past);
 }
 
 void lum_document_state_finish(struct lum_document_state *s)
@@ -76,7 +77,7 @@ bool lum_document_take_state(struct lum_document *doc, struct lum_document_state
     lum_history_settle(doc);
     const struct lum_table *t = &doc->table;
     struct lum_document_state s = {.rev = doc->rev, .records = calloc(t->records.n, sizeof(*s.records))};
-    if (!s.records || !take_histories(doc, &s)) {
+    if (!s.records || !take_histories(doc, &s) || !lum_past_take_state(doc, &s.past)) {
         lum_document_state_finish(&s);
         return false;
     }
@@ -194,7 +195,7 @@ struct lum_document *lum_document_from_state(const struct lum_document_state *s,
                                              void (*left_out)(void *user, const char *id, const char *why), void *user)
 {
     struct lum_document *doc = lum_document_create();
-    if (doc && put_records(doc, s, left_out, user) && put_histories(doc, s)) {
+    if (doc && put_records(doc, s, left_out, user) && put_histories(doc, s) && lum_past_put_state(doc, &s->past)) {
         doc->rev = s->rev;
         return doc;
     }

@@ -3,7 +3,7 @@
 #ifndef LUM_PROTOCOL_DOCUMENT_STATE_H
 #define LUM_PROTOCOL_DOCUMENT_STATE_H
 
-#include "protocol/document/document.h"
+#include "protocol/document/past.h"
 
 struct lum_step_state { /* a transaction that can be undone or redone */
     struct lum_changes changes;
@@ -15,16 +15,22 @@ struct lum_history_state {
     struct lum_step_state *steps; /* owned: n_undo that can be undone, then n_redo; each newest first */
     size_t n_undo, n_redo;
 };
+struct lum_past_state {         /* moments; none: they are not kept */
+    struct lum_moment *moments; /* owned, oldest first; each has changes of its own */
+    size_t n;
+};
+void lum_past_state_finish(struct lum_past_state *s);
 struct lum_document_state {
     uint64_t rev;
     struct lum_record **records; /* owned references, in no order */
     size_t n_records;
     struct lum_history_state *histories; /* owned; used last comes first */
     size_t n_histories;
+    struct lum_past_state past;
 };
 void lum_document_state_finish(struct lum_document_state *s); /* accepts a zeroed or half-filled one */
 
-/* Nobody can undo what is in it. */
+/* Nobody can undo what is in it, nor go back to what was. */
 void lum_document_state_drop_histories(struct lum_document_state *s);
 
 /* False: memory is short. Thread: the document's. */

@@ -186,6 +186,12 @@ static int by_dependency(const void *a, const void *b)
     return p->after ? d : -d;
 }
 
+void lum_changes_sort(struct lum_changes *c)
+{
+    if (c->n)
+        qsort(c->changes, c->n, sizeof *c->changes, by_dependency);
+}
+
 /* Leaves the steps that lead somewhere, in an order that can be walked, or gone back. */
 static void sort_log(struct lum_txn *t)
 {

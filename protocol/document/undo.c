@@ -124,6 +124,7 @@ static bool walk(struct lum_document *doc, struct lum_history *h, enum lum_actio
     }
     doc->rev++;
     doc->last = (struct lum_last_action){action, h, *list};
+    lum_past_note(doc, &(struct lum_past_edit){h->user, "", undo ? LUM_PAST_UNDO : LUM_PAST_REDO, 0}, ret_changes);
     return true;
 }
 

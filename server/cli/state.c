@@ -28,7 +28,8 @@ static const char usage[] =
     "         Exit status 0: whole, 1: not.\n"
     "export   writes the scene as a .jsonl file, which lumend --scene and lumend render --scene read.\n"
     "compact  writes the scene anew and removes what it does not need: older snapshots, edits, models.\n"
-    "         What lies between two backups can then not be found again; undo is kept.\n"
+    "         What lies between two backups can then not be found again; undo is kept,\n"
+    "         and so are moments of the timeline that have names.\n"
     "\n"
     "Options of export:\n";
 
@@ -252,6 +253,8 @@ static enum lum_status begin_anew(const char *path, struct lum_error *err)
     enum lum_status st = lum_journal_open(&config, &journal, &doc, err);
     if (st)
         return st;
+    if (doc)
+        lum_document_thin_past(doc);
     if (!doc || !lum_document_take_state(doc, &state))
         st = lum_fail(err, LUM_ERR_NOMEM, "state", "no memory for the scene");
     if (!st)

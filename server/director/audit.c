@@ -58,13 +58,21 @@ void lum_director_audit(struct lum_director *d, const struct lum_staged_edit *p)
     struct list l = {0};
     const struct lum_request *q = p->request;
     bool undo = q->type == &lum_request_scene_undo, redo = q->type == &lum_request_scene_redo;
+    bool revert = q->type == &lum_request_scene_revert;
+    char did[48];
     if (!d->config.audit)
         return;
-    if (undo || redo)
+    if (undo || redo || revert)
         name_changes(&l, &p->changes);
     else
         name_ops(&l, &q->ops);
-    write_line(d, q->user, p->scene_rev, undo ? "undo" : redo ? "redo" : "apply", q->op_id, &l);
+    snprintf(did, sizeof did,
+             revert ? "revert to %llu"
+             : undo ? "undo"
+             : redo ? "redo"
+                    : "apply",
+             (unsigned long long)q->rev);
+    write_line(d, q->user, p->scene_rev, did, q->op_id, &l);
 }
 
 void lum_director_audit_lost(struct lum_director *d, const struct lum_staged_edit *p, uint64_t rev)

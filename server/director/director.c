@@ -106,7 +106,7 @@ static bool needs_commit(const struct lum_request *q)
     if (q->type->edits)
         return false;
     if (q->type == &lum_request_view_update)
-        return q->view.given & LUM_VIEW_BIT(CAMERA_ID);
+        return q->view.given & (LUM_VIEW_BIT(CAMERA_ID) | LUM_VIEW_BIT(MOMENT));
     return q->type != &lum_request_view_close;
 }
 
@@ -326,6 +326,9 @@ static enum lum_status load(struct lum_director *d, struct lum_error *err)
         return lum_fail(err, LUM_ERR_INVALID, "method", "%s", e.text);
     atomic_store(&d->scene_rev, lum_document_rev(d->world.doc));
     lum_director_count_scene(d);
+    lum_director_set_time(d, NULL);
+    if (lum_document_n_moments(d->world.doc) == 0)
+        lum_document_begin_past(d->world.doc);
     return lum_director_start_saving(d, err);
 }
 

@@ -45,6 +45,8 @@ static bool change_world(struct lum_director *d, const struct lum_request *q, co
         return lum_world_undo(&d->world, q->user, ret_changes, err);
     if (q->type == &lum_request_scene_redo)
         return lum_world_redo(&d->world, q->user, ret_changes, err);
+    if (q->type == &lum_request_scene_revert)
+        return lum_world_revert(&d->world, q->user, q->rev, ret_changes, err);
     return lum_world_apply(&d->world, &(struct lum_edit){q->user, &q->ops, e->children, e->n}, ret_changes, err);
 }
 
@@ -91,12 +93,13 @@ static void apply(struct lum_director *d, struct lum_request *q, struct lum_expa
                        (unsigned long long)q->base_rev);
         goto refused;
     }
+    lum_director_set_time(d, entry);
     if (!change_world(d, q, expansion, &p->changes, &err)) {
         note_refused_step(d, q, of);
         goto refused;
     }
     if (entry)
-        entry->of = of;
+        entry->of = q->type == &lum_request_scene_revert ? q->rev : of;
     p->entry = entry;
     p->request = q;
     p->expansion = *expansion;
@@ -193,6 +196,12 @@ static bool read_step(struct lum_json_reader *r, struct lum_request *q)
     return lum_json_end(r);
 }
 
+static bool read_scene_revert(struct lum_json_reader *r, struct lum_request *q)
+{
+    lum_director_read_op_id(r, q);
+    return lum_json_require(r, "scene_rev") && lum_json_u64(r, "scene_rev", &q->rev) && lum_json_end(r);
+}
+
 static bool read_scene_apply(struct lum_json_reader *r, struct lum_request *q)
 {
     lum_id undo_group = "";
@@ -215,6 +224,9 @@ const struct lum_request_type lum_request_scene_undo = {
 
 const struct lum_request_type lum_request_scene_redo = {
     .name = "scene.redo", .read = read_step, .take = edit, .edits = true};
+
+const struct lum_request_type lum_request_scene_revert = {
+    .name = "scene.revert", .read = read_scene_revert, .take = edit, .edits = true};
 
 /* ---- imports ---- */
 

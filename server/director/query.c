@@ -45,7 +45,8 @@ bool lum_director_pick(struct lum_director *d, const struct lum_request *q, stru
 {
     const struct lum_server_view *v = view_of_pixel(d, q, err);
     if (v)
-        lum_pick_at(d->world.snapshot, &v->settings.camera, v->settings.w, v->settings.h, q->x, q->y, ret_pick);
+        lum_pick_at(v->moment ? v->moment : d->world.snapshot, &v->settings.camera, v->settings.w, v->settings.h, q->x,
+                    q->y, ret_pick);
     return v != NULL;
 }
 

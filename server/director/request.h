@@ -42,6 +42,9 @@ struct lum_request_type {
 #define LUM_REQUESTS(X)                                                                                                \
     X(scene_get, VIEW)                                                                                                 \
     X(scene_apply, EDIT)                                                                                               \
+    X(scene_revert, EDIT)                                                                                              \
+    X(timeline_get, VIEW)                                                                                              \
+    X(timeline_name, EDIT)                                                                                             \
     X(scene_undo, EDIT)                                                                                                \
     X(scene_export, EDIT)                                                                                              \
     X(scene_redo, EDIT)                                                                                                \
@@ -90,11 +93,12 @@ struct lum_request {
     uint64_t base_rev;
     bool expand;                 /* scene.get */
     struct lum_view_params view; /* open, update */
+    uint64_t rev;                /* scene.revert, timeline.* */
     uint32_t view_id;            /* update, close, pick, probe, report */
     double x, y;                 /* pick, probe: pixel of the view */
     bool has_point;              /* probe: point and normal instead of a pixel, which becomes such */
     double point[3], normal[3];
-    char name[128];            /* preset.store; "": as it is */
+    char name[128];            /* preset.store; "": as it is. timeline.name; "": none */
     struct lum_opt fade_s;     /* preset.store, preset.recall */
     uint32_t samples;          /* probe */
     lum_id id;                 /* bounds, photometry, sensor.read, preset.*; sensor.place: what it lies on */

@@ -1,5 +1,7 @@
 #include "server/director/rest.h"
 
+#include "server/director/view_moment.h"
+
 #include "server/world/apply.h"
 
 struct lum_view *lum_rest_shown_core(const struct lum_server_view *v)
@@ -32,7 +34,7 @@ bool lum_rest_reserve(struct lum_server_view *v, const struct lum_world *world, 
         return true;
     if (lum_view_create(world->pool, &v->rest.core, &e))
         return lum_apply_error(&e, "", err);
-    lum_view_share(v->rest.core, world->caches);
+    lum_view_share(v->rest.core, lum_moment_caches(world, v->moment));
     return true;
 }
 

@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include <cjson/cJSON.h>
 
@@ -98,6 +99,16 @@ bool lum_director_may_edit(struct lum_director *d, struct lum_proto_error *err)
     return !st || lum_proto_fail(err, LUM_PROTO_APPLICATION, st == LUM_ERR_LIMIT ? "busy" : "io", "", "%s", e.text);
 }
 
+void lum_director_set_time(struct lum_director *d, struct lum_entry *entry)
+{
+    struct timespec now;
+    timespec_get(&now, TIME_UTC);
+    int64_t at_ms = (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+    lum_document_set_time(d->world.doc, at_ms);
+    if (entry)
+        entry->at_ms = at_ms;
+}
+
 /* As they came, or from what was read of them. */
 static struct cJSON *take_ops(struct lum_request *q)
 {
@@ -120,13 +131,16 @@ bool lum_director_make_entry(struct lum_director *d, struct lum_request *q, stru
     if (!d->journal)
         return true;
     struct lum_entry *e = *inout_entry;
-    bool undo = q->type == &lum_request_scene_undo, redo = q->type == &lum_request_scene_redo;
+    enum lum_entry_kind kind = q->type == &lum_request_scene_undo     ? LUM_ENTRY_UNDO
+                               : q->type == &lum_request_scene_redo   ? LUM_ENTRY_REDO
+                               : q->type == &lum_request_scene_revert ? LUM_ENTRY_REVERT
+                                                                      : LUM_ENTRY_APPLY;
     if (!e)
-        e = lum_entry_create(undo ? LUM_ENTRY_UNDO : redo ? LUM_ENTRY_REDO : LUM_ENTRY_APPLY, q->user);
+        e = lum_entry_create(kind, q->user);
     *inout_entry = e;
     if (e)
         memcpy(e->op_id, q->op_id, sizeof e->op_id);
-    if (!e || undo || redo)
+    if (!e || kind != LUM_ENTRY_APPLY)
         return e != NULL;
     memcpy(e->undo_group, q->ops.undo_group, sizeof e->undo_group);
     e->n_bytes = q->n_bytes;
@@ -202,6 +216,21 @@ void lum_director_note(struct lum_director *d, enum lum_entry_kind kind, const c
     snprintf(e->op_id, sizeof e->op_id, "%s", op_id);
     e->of = of;
     submit(d, e, lum_document_rev(d->world.doc), &seq);
+}
+
+uint64_t lum_director_note_name(struct lum_director *d, const struct lum_request *q)
+{
+    struct lum_entry *e = d->journal ? lum_entry_create(LUM_ENTRY_NAME, q->user) : NULL;
+    uint64_t seq = 0;
+    if (!e) {
+        lum_director_save_histories(d);
+        return 0;
+    }
+    e->of = q->rev;
+    memcpy(e->name, q->name, sizeof e->name); /* it is not longer */
+    lum_director_set_time(d, e);
+    submit(d, e, lum_document_rev(d->world.doc), &seq);
+    return seq;
 }
 
 void lum_director_save_histories(struct lum_director *d)

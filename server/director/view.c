@@ -7,6 +7,7 @@
 #include "server/base/suggest.h"
 #include "server/director/budget.h"
 #include "server/director/rest.h"
+#include "server/director/view_moment.h"
 #include "server/stream/webp.h"
 #include "server/world/apply.h"
 
@@ -133,8 +134,12 @@ static const struct lum_snapshot *lit_scene(struct lum_server_view *v, const str
     struct lum_error ignored;
     lum_snapshot_unref(v->solo);
     v->solo = NULL;
+    if (v->moment)
+        scene = v->moment;
     if (names_any(&v->want, &scene->lights) && lum_snapshot_relit(scene, switch_alone, &v->want, &v->solo, &ignored))
         v->solo = NULL;
+    if (!v->solo && v->moment)
+        v->solo = lum_snapshot_ref(v->moment);
     return v->solo ? v->solo : scene;
 }
 
@@ -221,6 +226,10 @@ bool lum_server_view_create(struct lum_world *world, const struct lum_view_param
         lum_proto_fail_memory(err);
         goto fail;
     }
+    struct lum_moment_change moment;
+    if (!lum_moment_prepare(v, world, params, &moment, err))
+        goto fail;
+    lum_moment_take(v, &moment);
     if (!fit_tiles(v, r.settings.w, r.settings.h, err) || !lum_rest_reserve(v, world, err))
         goto fail;
     *ret_view = v;
@@ -239,6 +248,7 @@ void lum_server_view_destroy(struct lum_server_view *v)
     lum_view_destroy(v->rest.core);
     lum_overlay_finish(&v->overlay);
     lum_snapshot_unref(v->solo);
+    lum_snapshot_unref(v->moment);
     lum_free(v->tiles);
     lum_free(v);
 }
@@ -256,9 +266,15 @@ bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, 
     struct resolved r;
     if (!resolve(&want, world, &r, err))
         return false;
+    struct lum_moment_change moment;
     bool resized = r.settings.w != v->settings.w || r.settings.h != v->settings.h;
-    if (resized && !fit_tiles(v, r.settings.w, r.settings.h, err))
+    if (!lum_moment_prepare(v, world, params, &moment, err))
         return false;
+    if (resized && !fit_tiles(v, r.settings.w, r.settings.h, err)) {
+        lum_moment_drop(&moment);
+        return false;
+    }
+    lum_moment_take(v, &moment);
     bool loses_webp = (v->want.codecs & ~want.codecs) >> LUM_CODEC_WEBP & 1u; /* some may wait in the stream */
     if (loses_webp || r.codec != v->codec || want.quality > v->want.quality || want.downscale != v->want.downscale ||
         params->resend)

@@ -48,7 +48,8 @@ struct lum_server_view {
     struct lum_opt white_balance_k;
     uint8_t codec;                      /* enum lum_codec */
     struct lum_coding_state coding;     /* of pictures that need not be exact */
-    const struct lum_snapshot *solo;    /* the scene with some lamps alone; NULL: as it is */
+    const struct lum_snapshot *moment;  /* the scene as it was; NULL: as it is */
+    const struct lum_snapshot *solo;    /* what it shows, with some lamps alone, or of a moment; NULL: all as it is */
     struct lum_auto_exposure automatic; /* exposure */
     uint32_t n_things;                  /* objects and lights that it was settled for */
     struct lum_versions versions;       /* of the snapshot last resolved against */

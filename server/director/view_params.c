@@ -50,6 +50,7 @@ static const struct lum_field rows[LUM_VIEW_PARAM_COUNT] = {
     [LUM_VIEW_EXPOSURE_EV] = {ROW(exposure_ev, OPT), .min = -LUM_LIMIT_VIEW_EV, .max = LUM_LIMIT_VIEW_EV},
     [LUM_VIEW_TONE_MAP] = {ROW(tone_map, CHOICE), BYTES(tone_map), .text = "agx|aces|reinhard|none"},
     [LUM_VIEW_WHITE_BALANCE_K] = {ROW(white_balance_k, OPT), .min = 1667, .max = 25000},
+    [LUM_VIEW_MOMENT] = {ROW(moment, OPT), .flags = LUM_FIELD_WHOLE, .max = 0x1p53},
     [LUM_VIEW_OVERLAY] = {ROW(overlay, CHOICE), BYTES(overlay),
                           .text = "none|luminance|illuminance|error|shapes|guidance_soft_shadow|guidance_indirect_diffuse|guidance_media"},
     [LUM_VIEW_FALSE_COLOR] = {ROW(false_color, PARTS), BYTES(false_color), .parts = &false_color_fields},

@@ -22,6 +22,7 @@ enum lum_view_param {
     LUM_VIEW_EXPOSURE_EV,
     LUM_VIEW_TONE_MAP,
     LUM_VIEW_WHITE_BALANCE_K,
+    LUM_VIEW_MOMENT,
     LUM_VIEW_OVERLAY,
     LUM_VIEW_FALSE_COLOR,
     LUM_VIEW_BUDGET,
@@ -57,6 +58,7 @@ struct lum_view_params {
     struct lum_opt exposure_ev; /* null: automatic */
     char tone_map[12];
     struct lum_opt white_balance_k; /* light of this temperature is shown as white; null: none */
+    struct lum_opt moment;          /* revision of the scene; null: now */
     char overlay[32];
     struct lum_view_false_color false_color; /* of the overlays luminance and illuminance */
     struct lum_view_budget budget;

@@ -48,7 +48,7 @@ static uint64_t pixels_of(const struct lum_view_params *p)
 static bool has_room(const struct lum_director *d, const struct lum_request *q,
                      const struct lum_server_view *instead_of, struct lum_proto_error *err)
 {
-    uint64_t n = 0, own = 0, pixels;
+    uint64_t n = 0, own = 0, n_moments = 0, pixels;
     struct lum_view_params wanted = instead_of ? instead_of->want : q->view;
     lum_view_params_merge(&wanted, &q->view);
     pixels = pixels_of(&wanted);
@@ -56,6 +56,7 @@ static bool has_room(const struct lum_director *d, const struct lum_request *q,
         if (v == instead_of)
             continue;
         n++;
+        n_moments += v->moment != NULL;
         own += lum_session_same(v->session, q->session);
         pixels += pixels_of(&v->want);
     }
@@ -65,6 +66,9 @@ static bool has_room(const struct lum_director *d, const struct lum_request *q,
     if (n >= LUM_LIMIT_VIEWS)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "this server has its %u views already",
                               LUM_LIMIT_VIEWS);
+    if (wanted.moment.set && n_moments >= LUM_LIMIT_MOMENTS_SHOWN)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "moment",
+                              "%u views show earlier moments already", LUM_LIMIT_MOMENTS_SHOWN);
     if (pixels > LUM_LIMIT_VIEWS_PIXELS)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "size",
                               "all views together have at most %u pixels", LUM_LIMIT_VIEWS_PIXELS);
@@ -113,7 +117,8 @@ static void view_update(struct lum_director *d, const struct lum_request *q)
     struct lum_server_view *v = require_view(d, q, q->view_id);
     if (!v)
         return;
-    if ((q->view.given & (LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(REST_SIZE)) && !has_room(d, q, v, &err)) ||
+    if ((q->view.given & (LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(REST_SIZE) | LUM_VIEW_BIT(MOMENT)) &&
+         !has_room(d, q, v, &err)) ||
         !lum_server_view_update(v, &d->world, &q->view, &err)) {
         lum_director_refuse(d, q, &err);
         return;

@@ -19,7 +19,7 @@
 
 struct cJSON;
 
-#define LUM_STATE_VERSION 2u /* op_ids of all edits, and in snapshots */
+#define LUM_STATE_VERSION 3u /* 2: op_ids of all edits, and in snapshots; 3: what was, and when */
 #define LUM_STATE_OLDEST 1u  /* that is read */
 #define LUM_BLOCK_BYTES 40u
 

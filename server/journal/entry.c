@@ -8,7 +8,7 @@
 
 #include "protocol/json/json.h"
 
-static const char *const kinds[] = {"apply", "undo", "redo", "drop", "redrop", "forget"};
+static const char *const kinds[] = {"apply", "undo", "redo", "drop", "redrop", "forget", "revert", "name"};
 
 struct lum_entry *lum_entry_create(enum lum_entry_kind kind, const char *user)
 {
@@ -65,6 +65,8 @@ struct cJSON *lum_entry_to_json(struct lum_entry *e)
         ok = add_apply(json, e);
     else if (ok && e->kind != LUM_ENTRY_FORGET)
         ok = lum_json_add_number(json, "of", (double)e->of);
+    ok = ok && (e->kind != LUM_ENTRY_NAME || lum_json_add_string(json, "name", e->name)) &&
+         lum_json_add_number(json, "at", (double)e->at_ms);
     if (ok)
         return json;
     cJSON_Delete(json);
@@ -78,8 +80,9 @@ struct reading {
     const struct lum_replay *replay;
     unsigned kind;
     char user[LUM_LIMIT_ID_BYTES + 1];
-    double of;
+    double of, at_ms;
     lum_id op_id, undo_group;
+    char name[LUM_LIMIT_MOMENT_NAME_BYTES + 1];
     struct lum_ops ops;
     struct lum_import_children *children; /* of import ops, in op order */
     struct lum_record_list *lists;        /* the same, owned */
@@ -177,11 +180,15 @@ static bool read_entry(struct reading *e, const cJSON *json, struct lum_proto_er
 {
     struct lum_json_reader r;
     lum_json_begin(&r, json, "", err);
-    if (!lum_json_require(&r, "do") || !lum_json_choice(&r, "do", "apply|undo|redo|drop|redrop|forget", &e->kind) ||
+    if (!lum_json_require(&r, "do") ||
+        !lum_json_choice(&r, "do", "apply|undo|redo|drop|redrop|forget|revert|name", &e->kind) ||
         !lum_json_require(&r, "user") || !lum_json_string(&r, "user", e->user, sizeof e->user))
         return refused(err->text, why);
     if (e->kind != LUM_ENTRY_FORGET)
         lum_json_id(&r, "op_id", e->op_id);
+    lum_json_number(&r, "at", 0, 0x1p53, &e->at_ms);
+    if (e->kind == LUM_ENTRY_NAME)
+        lum_json_string(&r, "name", e->name, sizeof e->name);
     if (e->kind == LUM_ENTRY_APPLY)
         return read_apply(e, &r, why);
     if (e->kind != LUM_ENTRY_FORGET && lum_json_require(&r, "of"))
@@ -208,7 +215,12 @@ static bool do_again(struct reading *e, struct lum_proto_error *err, char why[25
     struct lum_document *doc = e->replay->doc;
     struct lum_changes changes = {0};
     bool ok = true;
-    if (e->kind == LUM_ENTRY_FORGET)
+    lum_document_set_time(doc, (int64_t)e->at_ms);
+    if (e->kind == LUM_ENTRY_REVERT)
+        ok = lum_document_revert(doc, e->user, (uint64_t)e->of, &changes, err) || refused(err->text, why);
+    else if (e->kind == LUM_ENTRY_NAME)
+        ok = lum_document_name_moment(doc, e->user, (uint64_t)e->of, e->name, err) || refused(err->text, why);
+    else if (e->kind == LUM_ENTRY_FORGET)
         lum_document_forget_user(doc, e->user);
     else if (e->kind == LUM_ENTRY_APPLY)
         ok = lum_document_apply(doc, e->user, &e->ops, e->children, e->n_children, &changes, err) ||
@@ -219,10 +231,16 @@ static bool do_again(struct reading *e, struct lum_proto_error *err, char why[25
     return ok;
 }
 
+/* It makes a revision. */
+static bool edits(const struct reading *e)
+{
+    return e->kind <= LUM_ENTRY_REDO || e->kind == LUM_ENTRY_REVERT;
+}
+
 /* One that is dropped was refused. */
 static void note(const struct reading *e, uint64_t rev)
 {
-    struct lum_done done = {.scene_rev = e->kind <= LUM_ENTRY_REDO ? rev : 0};
+    struct lum_done done = {.scene_rev = edits(e) ? rev : 0};
     snprintf(done.op_id, sizeof done.op_id, "%s", e->op_id);
     if (e->kind == LUM_ENTRY_FORGET)
         (void)lum_done_forget(e->replay->done, e->user);
@@ -237,8 +255,7 @@ bool lum_entry_replay(const struct lum_replay *replay, const struct lum_block *f
     struct reading e = {.replay = replay};
     struct lum_proto_error err = {0};
     bool ok = read_entry(&e, f->json, &err, ret_why);
-    bool edits = ok && e.kind <= LUM_ENTRY_REDO;
-    if (edits && f->rev > 0)
+    if (ok && edits(&e) && f->rev > 0)
         lum_document_raise_rev(replay->doc, f->rev - 1); /* revisions of what is lost are not given again */
     ok = ok && do_again(&e, &err, ret_why);
     if (ok)

@@ -5,10 +5,13 @@
  * brought again
  * - {"do":"drop","user":"ann.3-1","op_id":"a3","of":7}: that undo found a conflict, and forgot the step; "redrop": a
  * redo did. "of":0: there was no step, and all that is kept is that op_id was refused
+ * - {"do":"revert","user":"ann.3-1","op_id":"a4","of":7}: back to what was at revision 7
+ * - {"do":"name","user":"ann.3-1","of":7,"name":"before lunch"}: that moment has this name; "": none
  * - {"do":"forget","user":"ann.3-1"}: she left
  *
- * "ops" are those of scene files and replays. A document is a function of the entries in their order, histories
- * included, so that doing them again from a snapshot on gives the same document. */
+ * "at", of each: when, in ms of the Unix epoch. "ops" are those of scene files and replays. A document is a function of
+ * the entries in their order, histories included, so that doing them again from a snapshot on gives the same document.
+ */
 #ifndef LUM_SERVER_JOURNAL_ENTRY_H
 #define LUM_SERVER_JOURNAL_ENTRY_H
 
@@ -21,6 +24,8 @@ enum lum_entry_kind {
     LUM_ENTRY_DROP,
     LUM_ENTRY_REDROP,
     LUM_ENTRY_FORGET,
+    LUM_ENTRY_REVERT,
+    LUM_ENTRY_NAME,
 };
 
 struct lum_entry_content {
@@ -33,7 +38,9 @@ struct lum_entry {
     enum lum_entry_kind kind;
     char user[LUM_LIMIT_ID_BYTES + 1], op_id[LUM_LIMIT_ID_BYTES + 1];
     lum_id undo_group;
-    uint64_t of;                       /* undo, redo, drop, redrop */
+    int64_t at_ms; /* of the Unix epoch; 0: not known */
+    uint64_t of;   /* undo, redo, drop, redrop, revert, name */
+    char name[LUM_LIMIT_MOMENT_NAME_BYTES + 1];
     struct cJSON *ops;                 /* apply: an array, owned */
     size_t n_bytes;                    /* of the ops' text, about */
     struct lum_entry_content *content; /* owned: of import ops, and of image ops with an asset */

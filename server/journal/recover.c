@@ -146,6 +146,8 @@ static bool try_snapshot(struct recovering *c, uint64_t number, bool whole)
         c->out.doc = lum_document_from_state(&s.state, left_out, c);
         if (!c->out.doc)
             lum_damage_no_memory(&c->counted);
+        else if (lum_document_n_moments(c->out.doc) == 0) /* of a version that kept none */
+            lum_document_begin_past(c->out.doc);
     }
     if (c->out.doc) {
         c->out.seq = number;

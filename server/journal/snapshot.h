@@ -1,11 +1,12 @@
 /* A snapshot: a file that holds a document whole: records, the revision, who may undo what. Each block can be lost
  * alone.
  *
- * - {"snapshot":{"records":N,"starts":n}}: how many numbers records have; how often the daemon began
+ * - {"snapshot":{"records":N,"starts":n,"moments":m}}: how many numbers records have; how often the daemon began
  * - {"pack":{"sha":"..","first":i,"n":k,"stand":[..]}}: content: k records from number i on, and which of them stand
  * - {"index":i,"stands":true,"made":[i,k],"op":{..},"origin":".."}: one record, and what it made (imports)
  * - {"user":"ann.3-1"}: a history; used last comes first
  * - {"step":{"user":"..","redo":false,"undo_group":"..","rev":7,"changes":[before,after,..]}}: numbers; -1: none
+ * - {"moment":{"i":0,"rev":7,"at":ms,"user":"..",..,"changes":[..]}}: what was (protocol/document/past.h), oldest first
  * - {"done":{"user":"..","op_ids":["a1",..],"revs":[7,..]}}: edits that may be sent again (done.h)
  * - {"end":true} */
 #ifndef LUM_SERVER_JOURNAL_SNAPSHOT_H

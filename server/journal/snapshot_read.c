@@ -25,6 +25,7 @@ struct loader {
     struct numbered *all; /* by number, as they come in the file; those that are lost are left out */
     size_t n_all, capacity;
     size_t n_lost;
+    size_t n_moments, next_moment; /* as the start says; the number of the one that follows */
     bool started, ended;
     struct lum_snapshot_read out;
 };
@@ -90,12 +91,14 @@ static bool take_numbered(struct loader *l, size_t number, struct lum_record *r)
 static void take_start(struct loader *l, const struct lum_block *f, const cJSON *o)
 {
     size_t n = whole(o, "records", MAX_NUMBER), starts = whole(o, "starts", UINT32_MAX);
+    size_t moments = whole(o, "moments", LUM_LIMIT_PAST_STEPS + 1);
     if (l->started || n > MAX_NUMBER || starts > UINT32_MAX) {
         lost(l, f, "not the start of a snapshot");
         return;
     }
     l->n_numbers = n;
     l->out.starts = starts;
+    l->n_moments = moments <= LUM_LIMIT_PAST_STEPS + 1 ? moments : 0;
     l->started = true;
 }
 
@@ -270,6 +273,64 @@ static void take_step(struct loader *l, const struct lum_block *f, const cJSON *
     *(redo ? &h->n_redo : &h->n_undo) += 1;
 }
 
+static bool take_text(const cJSON *o, const char *name, char *ret, size_t size)
+{
+    const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(o, name));
+    if (!text || strlen(text) >= size)
+        return false;
+    strcpy(ret, text);
+    return true;
+}
+
+static bool read_moment(const struct loader *l, const cJSON *o, size_t *ret_i, struct lum_moment *ret)
+{
+    struct lum_moment m = {0};
+    size_t i = whole(o, "i", LUM_LIMIT_PAST_STEPS), did = whole(o, "did", LUM_PAST_REVERT);
+    size_t rev = whole(o, "rev", MAX_NUMBER), at = whole(o, "at", MAX_NUMBER), to = whole(o, "to", MAX_NUMBER);
+    size_t edits = whole(o, "edits", UINT32_MAX), joined = whole(o, "joined", UINT32_MAX);
+    if (i > LUM_LIMIT_PAST_STEPS || did > LUM_PAST_REVERT || rev > MAX_NUMBER || at > MAX_NUMBER || to > MAX_NUMBER ||
+        edits - 1 >= UINT32_MAX || joined - 1 >= UINT32_MAX || !take_text(o, "user", m.user, sizeof m.user) ||
+        !take_text(o, "undo_group", m.group, sizeof m.group) || !take_text(o, "name", m.name, sizeof m.name) ||
+        !take_text(o, "named_by", m.named_by, sizeof m.named_by) ||
+        !take_changes(l, cJSON_GetObjectItemCaseSensitive(o, "changes"), &m.changes))
+        return false;
+    m.rev = rev;
+    m.at_ms = (int64_t)at;
+    m.to = to;
+    m.n_edits = (uint32_t)edits;
+    m.n_joined = (uint32_t)joined;
+    m.did = (enum lum_past_did)did;
+    *ret_i = i;
+    *ret = m;
+    return true;
+}
+
+/* From one that is lost nobody comes to those before it: the next one is the first. */
+static void take_moment(struct loader *l, const struct lum_block *f, const cJSON *o)
+{
+    struct lum_past_state *past = &l->out.state.past;
+    struct lum_moment m;
+    size_t i;
+    if (!read_moment(l, o, &i, &m)) {
+        lost(l, f, "a moment that cannot be read");
+        return;
+    }
+    if (i != l->next_moment)
+        lum_past_state_finish(past);
+    l->next_moment = i + 1;
+    if (past->n == 0)
+        lum_changes_finish(&m.changes);
+    if (!past->moments)
+        past->moments = calloc(LUM_LIMIT_PAST_STEPS + 1, sizeof *past->moments);
+    if (past->moments && past->n <= LUM_LIMIT_PAST_STEPS) {
+        past->moments[past->n++] = m;
+        return;
+    }
+    lum_changes_finish(&m.changes);
+    if (!past->moments)
+        lum_damage_no_memory(l->damage);
+}
+
 static void take_done(struct loader *l, const struct lum_block *f, const cJSON *json)
 {
     enum lum_status st = lum_done_read(&l->out.done, json);
@@ -295,6 +356,8 @@ static void take_block(struct loader *l, const struct lum_block *f)
         take_user(l, f, first);
     else if (strcmp(name, "step") == 0)
         take_step(l, f, first);
+    else if (strcmp(name, "moment") == 0)
+        take_moment(l, f, first);
     else if (strcmp(name, "done") == 0)
         take_done(l, f, first);
     else if (strcmp(name, "end") == 0)
@@ -351,6 +414,8 @@ enum lum_status lum_snapshot_load(const struct lum_dir *dir, const struct lum_di
     read_blocks(&l, &r);
     l.out.seq = r.seq;
     lum_block_close_reader(&r);
+    if (l.next_moment != l.n_moments) /* what came after the last one is lost */
+        lum_past_state_finish(&l.out.state.past);
     if (!l.started)
         st = lum_fail(err, LUM_ERR_INVALID, "state", "%.80s is damaged: its first record cannot be read", name);
     else if (!collect(&l))

@@ -32,7 +32,7 @@ struct lum_snapshot_writer {
     struct lum_kept_list kept;
     struct lum_block_writer file;
     uint64_t n_blocks;
-    size_t next_pack, next_single, next_history, next_step;
+    size_t next_pack, next_single, next_history, next_step, next_moment;
     const struct lum_done_user *next_done;
 };
 
@@ -51,7 +51,19 @@ static size_t number_of(const struct lum_snapshot_writer *w, const struct lum_re
     return lum_hash_find_pointer(&w->numbers, r)->value - 1;
 }
 
-/* Calls fn for each record of the state, in the scene and in histories, some more than once. */
+static void each_changed(const struct lum_changes *changes, void (*fn)(void *user, struct lum_record *const *r),
+                         void *user)
+{
+    for (size_t i = 0; i < changes->n; i++) {
+        const struct lum_change *change = &changes->changes[i];
+        if (change->before)
+            fn(user, &change->before);
+        if (change->after)
+            fn(user, &change->after);
+    }
+}
+
+/* Calls fn for each record of the state, in the scene, in histories and in what was, some more than once. */
 static void each_record(const struct lum_document_state *s, void (*fn)(void *user, struct lum_record *const *r),
                         void *user)
 {
@@ -60,14 +72,10 @@ static void each_record(const struct lum_document_state *s, void (*fn)(void *use
     for (size_t i = 0; i < s->n_histories; i++) {
         const struct lum_history_state *h = &s->histories[i];
         for (size_t k = 0; k < h->n_undo + h->n_redo; k++)
-            for (size_t c = 0; c < h->steps[k].changes.n; c++) {
-                const struct lum_change *change = &h->steps[k].changes.changes[c];
-                if (change->before)
-                    fn(user, &change->before);
-                if (change->after)
-                    fn(user, &change->after);
-            }
+            each_changed(&h->steps[k].changes, fn, user);
     }
+    for (size_t i = 0; i < s->past.n; i++)
+        each_changed(&s->past.moments[i].changes, fn, user);
 }
 
 static void count_one(void *user, struct lum_record *const *r)
@@ -161,7 +169,8 @@ static enum lum_status put_start(struct lum_snapshot_writer *w, struct lum_error
 {
     cJSON *o = cJSON_CreateObject();
     bool ok = lum_json_add_number(o, "records", (double)w->numbers.n) &&
-              lum_json_add_number(o, "starts", (double)w->config.starts);
+              lum_json_add_number(o, "starts", (double)w->config.starts) &&
+              lum_json_add_number(o, "moments", (double)w->state.past.n);
     return put_member(w, "snapshot", o, ok, err);
 }
 
@@ -218,18 +227,42 @@ static cJSON *number_json(const struct lum_snapshot_writer *w, const struct lum_
     return cJSON_CreateNumber(r ? (double)number_of(w, r) : -1.0);
 }
 
+/* NULL: memory is short. */
+static cJSON *changes_json(const struct lum_snapshot_writer *w, const struct lum_changes *c)
+{
+    cJSON *changes = cJSON_CreateArray();
+    bool ok = changes != NULL;
+    for (size_t i = 0; i < c->n && ok; i++)
+        ok = lum_json_add(changes, NULL, number_json(w, c->changes[i].before)) &&
+             lum_json_add(changes, NULL, number_json(w, c->changes[i].after));
+    if (ok)
+        return changes;
+    cJSON_Delete(changes);
+    return NULL;
+}
+
+static enum lum_status put_moment(struct lum_snapshot_writer *w, size_t i, struct lum_error *err)
+{
+    const struct lum_moment *m = &w->state.past.moments[i];
+    cJSON *o = cJSON_CreateObject();
+    bool ok = lum_json_add_number(o, "i", (double)i) && lum_json_add_number(o, "rev", (double)m->rev) &&
+              lum_json_add_number(o, "at", (double)m->at_ms) && lum_json_add_number(o, "to", (double)m->to) &&
+              lum_json_add_number(o, "edits", m->n_edits) && lum_json_add_number(o, "joined", m->n_joined) &&
+              lum_json_add_number(o, "did", m->did) && lum_json_add_string(o, "user", m->user) &&
+              lum_json_add_string(o, "undo_group", m->group) && lum_json_add_string(o, "name", m->name) &&
+              lum_json_add_string(o, "named_by", m->named_by) &&
+              lum_json_add(o, "changes", changes_json(w, &m->changes));
+    return put_member(w, "moment", o, ok, err);
+}
+
 static enum lum_status put_step(struct lum_snapshot_writer *w, const struct lum_history_state *h, size_t i,
                                 struct lum_error *err)
 {
     const struct lum_step_state *s = &h->steps[i];
-    cJSON *o = cJSON_CreateObject(), *changes = cJSON_CreateArray();
-    bool ok = changes != NULL;
-    for (size_t c = 0; c < s->changes.n && ok; c++)
-        ok = lum_json_add(changes, NULL, number_json(w, s->changes.changes[c].before)) &&
-             lum_json_add(changes, NULL, number_json(w, s->changes.changes[c].after));
-    ok = lum_json_add(o, "changes", changes) && ok && lum_json_add_string(o, "user", h->user) &&
-         lum_json_add_bool(o, "redo", i >= h->n_undo) && lum_json_add_string(o, "undo_group", s->group) &&
-         lum_json_add_number(o, "rev", (double)s->rev);
+    cJSON *o = cJSON_CreateObject();
+    bool ok = lum_json_add(o, "changes", changes_json(w, &s->changes)) && lum_json_add_string(o, "user", h->user) &&
+              lum_json_add_bool(o, "redo", i >= h->n_undo) && lum_json_add_string(o, "undo_group", s->group) &&
+              lum_json_add_number(o, "rev", (double)s->rev);
     return put_member(w, "step", o, ok, err);
 }
 
@@ -282,6 +315,8 @@ enum lum_status lum_snapshot_step(struct lum_snapshot_writer *w, bool *ret_done,
         w->next_step = 0;
         return st;
     }
+    if (w->next_moment < w->state.past.n)
+        return put_moment(w, w->next_moment++, err);
     if (w->next_done) {
         cJSON *done = lum_done_to_json(w->next_done);
         w->next_done = w->next_done->next;

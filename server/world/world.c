@@ -39,6 +39,7 @@ void lum_world_finish(struct lum_world *w)
     lum_trees_stop(w->trees);
     lum_caustics_finish(&w->caustics);
     lum_caches_destroy(w->caches);
+    lum_caches_destroy(w->past);
     lum_snapshot_unref(w->lit);
     lum_snapshot_unref(w->snapshot);
     lum_patches_finish(&w->patches);
@@ -166,6 +167,16 @@ bool lum_world_redo(struct lum_world *w, const char *user, struct lum_changes *r
 {
     struct lum_changes changes;
     if (!lum_document_redo(w->doc, user, &changes, err) || !follow_document(w, NULL, &changes, err))
+        return false;
+    *ret_changes = changes;
+    return true;
+}
+
+bool lum_world_revert(struct lum_world *w, const char *user, uint64_t rev, struct lum_changes *ret_changes,
+                      struct lum_proto_error *err)
+{
+    struct lum_changes changes;
+    if (!lum_document_revert(w->doc, user, rev, &changes, err) || !follow_document(w, NULL, &changes, err))
         return false;
     *ret_changes = changes;
     return true;

@@ -13,7 +13,7 @@
 #include "core/scene/desc.h"
 #include "core/scene/snapshot.h"
 #include "core/vpl/caustic.h"
-#include "protocol/document/document.h"
+#include "protocol/document/past.h"
 #include "server/world/apply.h"
 #include "server/world/fade.h"
 #include "server/world/patches.h"
@@ -24,6 +24,8 @@ struct lum_world {
     struct lum_pool *pool;
     struct lum_device *device;
     struct lum_caches *caches; /* what all views of the scene share */
+    struct lum_caches *past;   /* what all views of moments share; NULL: there was none yet */
+    uint64_t n_moments;        /* that were made */
     struct lum_scene *scene;
     struct lum_document *doc;
     struct lum_go_on go_on;           /* set by the owner; once it says no, the world may only be finished */
@@ -61,6 +63,14 @@ bool lum_world_undo(struct lum_world *world, const char *user, struct lum_change
                     struct lum_proto_error *err);
 bool lum_world_redo(struct lum_world *world, const char *user, struct lum_changes *ret_changes,
                     struct lum_proto_error *err);
+/* Back to what was at that revision: an edit like any other. */
+bool lum_world_revert(struct lum_world *world, const char *user, uint64_t rev, struct lum_changes *ret_changes,
+                      struct lum_proto_error *err);
+
+/* The scene as it was at that revision, while all goes on as it is. No edit may wait to be committed. A reference is
+ * the caller's. */
+bool lum_world_moment(struct lum_world *world, uint64_t rev, const struct lum_snapshot **ret_snapshot,
+                      struct lum_proto_error *err);
 
 /* Takes the document over in place of the empty one, makes the renderer's scene of it, and commits. Into an empty
  * world.

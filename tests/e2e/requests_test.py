@@ -28,6 +28,8 @@ FORMS = {
                     "ops": [{"op": "set", "id": "render", "path": "/exposure_ev", "value": 3}]},
     "scene.undo": {"op_id": "a-2", "repeat": False},
     "scene.redo": {"op_id": "a-3", "repeat": False},
+    "scene.revert": {"scene_rev": 1, "op_id": "a-7", "repeat": False},
+    "timeline.get": {"since_rev": 0},
     "preset.store": {"id": "evening", "name": "Evening", "fade_s": 2, "op_id": "a-4", "repeat": False},
     "preset.recall": {"id": "evening", "fade_s": 0, "op_id": "a-5", "repeat": False},
     "preset.stop": {"op_id": "a-6", "repeat": False},
@@ -49,7 +51,7 @@ FORMS = {
 REQUIRED = {"project.create": ["name"], "project.rename": ["project", "name"], "project.delete": ["project"],
             "project.restore": ["project"], "project.erase": ["project"], "version.list": ["project"],
             "version.remove": ["project", "version"],
-            "scene.apply": ["ops"], "preset.store": ["id"], "preset.recall": ["id"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
+            "scene.apply": ["ops"], "scene.revert": ["scene_rev"], "timeline.name": ["scene_rev", "name"], "preset.store": ["id"], "preset.recall": ["id"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
             "pick": ["view_id", "x", "y"], "view.read": ["view_id", "x", "y"], "photometry": ["id"],
             "asset.list": ["kind"], "asset.photometry": ["asset"], "sensor.read": ["id"], "probe": ["view_id", "x", "y"]}
 with open(os.path.join(os.path.dirname(__file__), "..", "..", "protocol", "PROTOCOL.md"), encoding="utf-8") as page:

@@ -126,6 +126,7 @@ bool keeper_open(struct keeper *k, const char *ops, struct lum_error *err)
         require(k->doc && apply(k->doc, "(scene)", json, &changes), ops);
         lum_changes_finish(&changes);
         cJSON_Delete(json);
+        lum_document_begin_past(k->doc);
     }
     require(lum_document_take_state(k->doc, &state), "no memory");
     if (!lum_journal_start(k->journal, &state, err))
@@ -201,6 +202,31 @@ bool keeper_walk(struct keeper *k, const char *user, bool redo)
     e->of = of;
     submit(k, e, &changes);
     return ok;
+}
+
+bool keeper_revert(struct keeper *k, const char *user, uint64_t rev)
+{
+    struct lum_changes changes = {0};
+    struct lum_proto_error err;
+    if (!accepts(k) || !lum_document_revert(k->doc, user, rev, &changes, &err))
+        return false;
+    struct lum_entry *e = lum_entry_create(LUM_ENTRY_REVERT, user);
+    e->of = rev;
+    submit(k, e, &changes);
+    return true;
+}
+
+bool keeper_name(struct keeper *k, const char *user, uint64_t rev, const char *name)
+{
+    struct lum_changes none = {0};
+    struct lum_proto_error err;
+    if (!accepts(k) || !lum_document_name_moment(k->doc, user, rev, name, &err))
+        return false;
+    struct lum_entry *e = lum_entry_create(LUM_ENTRY_NAME, user);
+    e->of = rev;
+    snprintf(e->name, sizeof e->name, "%s", name);
+    submit(k, e, &none);
+    return true;
 }
 
 static void take_back(struct keeper *k, uint64_t durable)

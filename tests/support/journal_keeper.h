@@ -38,6 +38,8 @@ void keeper_close(struct keeper *k);
 /* An edit by user, submitted. False: refused by the document or the journal. */
 bool keeper_edit(struct keeper *k, const char *user, const char *ops);
 bool keeper_walk(struct keeper *k, const char *user, bool redo);
+bool keeper_revert(struct keeper *k, const char *user, uint64_t rev);
+bool keeper_name(struct keeper *k, const char *user, uint64_t rev, const char *name);
 /* What the director does in a turn: takes back what is lost, gives the state if it is wanted. */
 void keeper_turn(struct keeper *k);
 /* Until all edits are acknowledged or taken back. False: some were taken back. */

@@ -229,8 +229,8 @@ static void another_version_is_refused(void **state)
     char path[96];
     size_t n;
     struct lum_error err;
-    static const uint8_t head[40] = {'L', 'U', 'M', 'S', 'T', 'A', 'T', 'E', 3, 0, 0, 0, 1};
-    static const uint8_t crc[4] = {0x91, 0x3b, 0x21, 0x31}; /* of these 36 bytes, by Python's zlib.crc32 */
+    static const uint8_t head[40] = {'L', 'U', 'M', 'S', 'T', 'A', 'T', 'E', 4, 0, 0, 0, 1};
+    static const uint8_t crc[4] = {0xc2, 0xc8, 0x28, 0x35}; /* of these 36 bytes, by Python's zlib.crc32 */
     open_new(k);
     keeper_close(k);
     uint8_t *bytes = keeper_read(k, "journal", path, &n);
@@ -240,7 +240,7 @@ static void another_version_is_refused(void **state)
     free(bytes);
     assert_false(keeper_open(k, SCENE, &err));
     assert_non_null(
-        strstr(err.text, "journal-0 has format 3, and this lumend reads formats 1 to 2: start the lumend that wrote"));
+        strstr(err.text, "journal-0 has format 4, and this lumend reads formats 1 to 3: start the lumend that wrote"));
 }
 
 static void a_folder_without_a_snapshot_is_not_begun_anew(void **state)

@@ -77,6 +77,50 @@ static void one_writer(void **state)
     open_new(k);
 }
 
+/* Moments, their names, who and when: after a kill, and after starts, from entries and from snapshots. */
+static void moments_are_found_again(void **state)
+{
+    struct keeper *k = *state;
+    for (int compact = 0; compact < 2; compact++) {
+        k->config.compact_bytes = compact ? 1 : 1 << 20;
+        open_new(k);
+        uint64_t first = lum_document_rev(k->doc);
+        for (unsigned i = 0; i < 20; i++)
+            set_flux(k, i % 2 ? "ann" : "bob", i % N_LIGHTS, 100 + i);
+        assert_true(keeper_name(k, "ann", first + 3, "before lunch"));
+        assert_true(keeper_revert(k, "cat", first + 3));
+        set_flux(k, "cat", 7, 1);
+        assert_true(keeper_name(k, "bob", lum_document_rev(k->doc), "other way"));
+        assert_true(keeper_settle(k));
+        for (int i = 0; i < 3; i++) {
+            struct lum_recovery r;
+            struct lum_error err;
+            struct lum_proto_error e = {0};
+            struct lum_changes changes;
+            assert_int_equal(keeper_recover(k, &r, &err), LUM_OK);
+            assert_string_equal(k->log, "");
+            size_t n = lum_document_n_moments(r.doc);
+            assert_int_equal(n, lum_document_n_moments(k->doc));
+            for (size_t m = 0; m < n; m++) {
+                const struct lum_moment *a = lum_document_moment(k->doc, m), *b = lum_document_moment(r.doc, m);
+                assert_true(a->rev == b->rev && a->at_ms == b->at_ms && a->did == b->did && a->to == b->to);
+                assert_true(a->n_edits == b->n_edits && a->changes.n == b->changes.n);
+                assert_string_equal(a->user, b->user);
+                assert_string_equal(a->name, b->name);
+                assert_string_equal(a->named_by, b->named_by);
+            }
+            assert_true(lum_document_revert(r.doc, "dan", first + 1, &changes, &e));
+            assert_true(flux(r.doc, "l0") == 100.0 && flux(r.doc, "l1") == 800.0);
+            lum_changes_finish(&changes);
+            lum_recovery_finish(&r);
+            keeper_close(k);
+            open_new(k);
+        }
+        keeper_finish(k);
+        keeper_init(k);
+    }
+}
+
 /* Random edits, undos and redos by three users, with snapshots in between: a document that went through the folder does
  * what its twin does that did not. */
 static void histories_are_found_again(void **state)
@@ -94,6 +138,8 @@ static void histories_are_found_again(void **state)
                 keeper_walk(k, user, false);
             else if (what == 2)
                 keeper_walk(k, user, true);
+            else if (what == 7 && rng_below(&rng, 2))
+                keeper_revert(k, user, rng_below(&rng, (uint32_t)lum_document_rev(k->doc)));
             else if (what == 3)
                 keeper_edit(k, user, rng_below(&rng, 2) ? "[" MESH("m") "]" : "[" REMOVE("m") "]");
             else
@@ -270,6 +316,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(edits_are_found_again, setup, teardown),
         cmocka_unit_test_setup_teardown(folders_and_files_are_private, setup, teardown),
         cmocka_unit_test_setup_teardown(one_writer, setup, teardown),
+        cmocka_unit_test_setup_teardown(moments_are_found_again, setup, teardown),
         cmocka_unit_test_setup_teardown(histories_are_found_again, setup, teardown),
         cmocka_unit_test_setup_teardown(larger_edits_than_are_accepted_are_found_again, setup, teardown),
         cmocka_unit_test_setup_teardown(snapshots_take_the_place_of_edits, setup, teardown),

@@ -87,6 +87,31 @@ static void sweep_relit(struct fixture *f)
     lum_snapshot_unref(relit);
 }
 
+/* Another scene beside it leaves it alone, and can be made a snapshot of. */
+static void sweep_fork(struct fixture *f)
+{
+    const struct lum_snapshot *before = commit(f), *s = NULL;
+    struct lum_scene *fork = NULL;
+    enum lum_status status = LUM_ERR_NOMEM;
+    uint64_t k = 1;
+    for (; status == LUM_ERR_NOMEM && k < 1000; k++) {
+        lum_alloc_fail_after(k);
+        status = lum_scene_fork(f->scene, 1u << 20, &fork, NULL);
+        lum_alloc_fail_after(0);
+    }
+    assert_int_equal(status, LUM_OK);
+    assert_true(k > 10);
+    const struct lum_snapshot *after = commit(f);
+    assert_memory_equal(&before->versions, &after->versions, sizeof after->versions);
+    lum_snapshot_unref(before);
+    lum_snapshot_unref(after);
+    lum_scene_destroy(f->scene); /* it keeps what it needs */
+    f->scene = fork;
+    CHECK_OK(lum_scene_commit(fork, 9, &s, err));
+    assert_true(s->n_instances > 0 && s->scene_rev == 9);
+    lum_snapshot_unref(s);
+}
+
 static void failing_allocations_change_nothing(void **state)
 {
     struct fixture *f = *state;
@@ -98,6 +123,7 @@ static void failing_allocations_change_nothing(void **state)
     sweep(f, "light", act_light);
     sweep(f, "camera", act_camera);
     sweep_relit(f);
+    sweep_fork(f);
 }
 
 /* A commit that fails leaves its edits pending; the first that succeeds publishes them. */

@@ -300,14 +300,46 @@ static void order_of_arrival_does_not_matter(void **state)
     lum_snapshot_unref(first);
 }
 
+/* A fork goes its own way: what it has in common is shared, what differs has versions that the scene never comes to,
+ * and neither sees edits of the other. */
+static void a_fork_goes_its_own_way(void **state)
+{
+    struct fixture *f = *state;
+    const uint64_t step = (uint64_t)1 << 40;
+    struct lum_scene *fork, *other;
+    furnish(f->scene);
+    const struct lum_snapshot *s = commit(f), *same, *dimmed, *moved, *after;
+    CHECK_OK(lum_scene_fork(f->scene, step, &fork, err));
+    CHECK_OK(lum_scene_commit(fork, 1, &same, err));
+    assert_memory_equal(&same->versions, &s->versions, sizeof s->versions);
+    assert_true(same->top == s->top && same->instances == s->instances && same->lights.lights == s->lights.lights);
+    dim_key(fork);
+    CHECK_OK(lum_scene_commit(fork, 2, &dimmed, err));
+    assert_int_equal(dimmed->versions.light_power, s->versions.light_power + step);
+    assert_int_equal(dimmed->versions.geometry, s->versions.geometry);
+    assert_ptr_equal(dimmed->top, s->top);
+    CHECK_OK(lum_scene_fork(f->scene, 2 * step, &other, err));
+    move_a(other);
+    CHECK_OK(lum_scene_commit(other, 3, &moved, err));
+    assert_int_equal(moved->versions.geometry, s->versions.geometry + 2 * step);
+    assert_ptr_equal(moved->instances[0].mesh, s->instances[0].mesh);
+    CHECK_OK(lum_scene_remove(other, LUM_ENTITY_LIGHT, "key", err)); /* users are counted anew in each */
+    CHECK_OK(lum_scene_remove(other, LUM_ENTITY_OBJECT, "a", err));
+    lum_scene_destroy(fork);
+    lum_scene_destroy(other);
+    after = commit(f);
+    assert_memory_equal(&after->versions, &s->versions, sizeof s->versions);
+    const struct lum_snapshot *const all[] = {s, same, dimmed, moved, after};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(all); i++)
+        lum_snapshot_unref(all[i]);
+}
+
 int main(void)
 {
 #define TEST(function) cmocka_unit_test_setup_teardown(function, fixture_setup, fixture_teardown)
     const struct CMUnitTest tests[] = {
-        TEST(edits_raise_only_their_counters),
-        TEST(a_successor_changes_every_version),
-        TEST(snapshots_outlive_the_scene),
-        TEST(order_of_arrival_does_not_matter),
+        TEST(edits_raise_only_their_counters), TEST(a_successor_changes_every_version), TEST(a_fork_goes_its_own_way),
+        TEST(snapshots_outlive_the_scene),     TEST(order_of_arrival_does_not_matter),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

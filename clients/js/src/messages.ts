@@ -31,6 +31,7 @@ export interface ViewMembers {
     exposure_ev?: number | null;
     tone_map?: NonNullable<Records['render']['tone_map']>;
     white_balance_k?: number | null;
+    moment?: number | null;
     effects?: Readonly<Record<string, 'off' | 'on' | 'auto'>>;
     overlay?: 'none' | 'luminance' | 'illuminance' | 'error' | 'shapes' | 'guidance_soft_shadow' | 'guidance_indirect_diffuse' | 'guidance_media';
     false_color?: {
@@ -182,6 +183,8 @@ interface ToldParams {
     'scene.apply': EditMembers & { ops: readonly JsonObject[]; base_rev?: number; undo_group?: string };
     'scene.undo': EditMembers;
     'scene.redo': EditMembers;
+    'scene.revert': EditMembers & { scene_rev: number };
+    'timeline.get': { since_rev?: number };
     'preset.store': EditMembers & { id: string; name?: string; fade_s?: number };
     'preset.recall': EditMembers & { id: string; fade_s?: number };
     'preset.stop': EditMembers;
@@ -250,6 +253,8 @@ interface ToldAnswers {
     'scene.apply': Edited;
     'scene.undo': Edited;
     'scene.redo': Edited;
+    'scene.revert': Edited;
+    'timeline.get': { moments: readonly Moment[]; first_rev: number; scene_rev: number };
     'preset.store': Edited;
     'preset.recall': Edited;
     'preset.stop': Edited;
@@ -284,10 +289,26 @@ export interface Notifications {
     'frame.stats': FrameStats;
     sensors: { sensors: readonly SensorValue[] };
     presence: { people: readonly PersonHere[] };
+    'timeline.named': { scene_rev: number; name: string; user: string };
     'preset.fading': { id: string; fade_s: number; left_s: number };
     /** Before the answer to `session.hello`, again and again while that waits. */
     'project.opening': { project: string; stage: 'opening' | 'waiting'; waited_s: number };
     'session.closing': JsonObject;
+}
+
+/** What the scene was after an edit; of the first one nobody knows which. */
+export interface Moment {
+    scene_rev: number;
+    at_ms?: number;
+    name?: string;
+    named_by?: string;
+    did?: 'apply' | 'undo' | 'redo' | 'revert';
+    user?: string;
+    /** Of revert. */
+    to?: number;
+    joined?: number;
+    changes?: readonly (readonly ['add' | 'set' | 'remove', string, string])[];
+    n_changes?: number;
 }
 
 /** One who is in the scene. */

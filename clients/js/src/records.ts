@@ -685,6 +685,7 @@ export type Method =
     | 'photometry'
     | 'daylight'
     | 'stats.get'
+    | 'timeline.get'
     | 'presence.set'
     | 'project.list'
     | 'version.list'
@@ -696,6 +697,8 @@ export type Method =
     | 'scene.apply'
     | 'scene.undo'
     | 'scene.redo'
+    | 'scene.revert'
+    | 'timeline.name'
     | 'scene.export'
     | 'preset.store'
     | 'preset.recall'
@@ -718,6 +721,7 @@ export type Method =
 export interface ParamsByExample {
     'view.close': { view_id: number };
     bounds: { id: string };
+    'timeline.name': { scene_rev: number; name: string };
     'scene.export': Record<string, never>;
     'asset.upload': { files: readonly { name: string; bytes: number }[] };
     'trash.empty': Record<string, never>;
@@ -729,6 +733,7 @@ export interface ParamsByExample {
 export interface AnswersByExample {
     'view.close': Record<string, never>;
     bounds: { min: readonly [number, number, number]; max: readonly [number, number, number] };
+    'timeline.name': Record<string, never>;
     'scene.export': { get: string; bytes: number; scene_rev: number };
     'asset.upload': { put: string };
     'trash.empty': { erased: number };
