@@ -1,6 +1,7 @@
 /**
  * A second view of this session: what path tracing shows of the same light, from the same camera, at the same exposure. It is
- * there only while it is looked at, for both share the server's time.
+ * there only while it is looked at, for both share the server's time. A moment of the past beside now is another such view, of the
+ * same method.
  */
 import { computed, effect, signal, type ReadonlySignal } from '@preact/signals';
 import { Debounce } from '../lib/debounce';
@@ -32,6 +33,10 @@ export interface ReferenceHost {
     onError(error: Error): void;
     /** There will be none. */
     onRefused(error: Error): void;
+    /** '': that of the scene. */
+    method?(): string;
+    /** Whose numbers its cameras have. */
+    kind?: 'reference' | 'moment';
     /** Somebody looks at it. */
     wanted: ReadonlySignal<boolean>;
     what: ReadonlySignal<Wanted>;
@@ -53,7 +58,7 @@ export class Reference {
     private picture: Picture | null = null;
     private viewId: number | null = null;
     private opening = false;
-    private readonly numbers = new CameraNumbers('reference');
+    private readonly numbers: CameraNumbers;
     private acked = { seq: 0, arrivedAt: 0 };
     private told = '';
     /** What the server was asked for, by camera_seq. */
@@ -61,6 +66,7 @@ export class Reference {
     private readonly later = new Debounce(() => void this.update(), REST_MS, NO_CAP_MS);
 
     constructor(private readonly host: ReferenceHost) {
+        this.numbers = new CameraNumbers(host.kind ?? 'reference');
         effect(() => {
             if (host.wanted.value && this.ready.value) void this.open();
             else void this.close();
@@ -108,7 +114,7 @@ export class Reference {
         this.acked = { seq: 0, arrivedAt: 0 };
         this.numbers.begin();
         try {
-            const reply = await this.host.call('view.open', { ...this.params(), method: 'path', spp: REFERENCE_SPP, stats: false });
+            const reply = await this.host.call('view.open', { ...this.params(), ...(this.method() ? { method: this.method() } : {}), spp: REFERENCE_SPP, stats: false });
             this.viewId = Number(reply.view_id);
             this.acknowledge();
         } catch (error) {
@@ -137,6 +143,10 @@ export class Reference {
         await this.host.call('view.update', { view_id: this.viewId, ...this.params() }).catch(this.host.onError);
     }
 
+    private method(): string {
+        return this.host.method?.() ?? 'path';
+    }
+
     private params(): JsonObject {
         const what = this.host.what.peek();
         this.told = keyOf(what);
@@ -160,7 +170,7 @@ export class Reference {
         this.shown(h, arrivedAt);
         for (const seq of this.asked.keys()) if (seq < h.cameraSeq) this.asked.delete(seq);
         if (!what || h.cameraSeq !== this.numbers.last) return; // of what was wanted before
-        this.facts.value = { ...what.facts, pose: what.pose, rev: h.sceneRev, method: 'path', spp: h.spp, bound: h.error };
+        this.facts.value = { ...what.facts, pose: what.pose, rev: h.sceneRev, method: this.method(), spp: h.spp, bound: h.error };
     }
 }
 
