@@ -61,6 +61,8 @@ export class Reference {
     private readonly numbers: CameraNumbers;
     private acked = { seq: 0, arrivedAt: 0 };
     private told = '';
+    /** What the open view was given: an update leaves it as it is where it does not name it. */
+    private given = new Set<string>();
     /** What the server was asked for, by camera_seq. */
     private readonly asked = new Map<number, Wanted>();
     private readonly later = new Debounce(() => void this.update(), REST_MS, NO_CAP_MS);
@@ -108,6 +110,7 @@ export class Reference {
     private async open(): Promise<void> {
         if (this.viewId !== null || this.opening) return;
         this.opening = true;
+        this.given.clear();
         this.canvas ??= this.host.canvas();
         const onBroken = (h: FrameHeader, at: number, error: Error): void => this.broke(h, at, error);
         this.picture = new Picture(this.canvas, { onDrawn: (h, at) => this.drawn(h, at), onBroken }, this.host.decode);
@@ -140,6 +143,12 @@ export class Reference {
 
     private async update(): Promise<void> {
         if (this.viewId === null) return;
+        const named = namesIn(this.host.what.peek().params);
+        if ([...this.given].some((name) => !named.has(name))) {
+            await this.close();
+            await this.open();
+            return;
+        }
         await this.host.call('view.update', { view_id: this.viewId, ...this.params() }).catch(this.host.onError);
     }
 
@@ -150,6 +159,7 @@ export class Reference {
     private params(): JsonObject {
         const what = this.host.what.peek();
         this.told = keyOf(what);
+        for (const name of namesIn(what.params)) this.given.add(name);
         const seq = this.numbers.next();
         this.asked.set(seq, what);
         return { ...what.params, camera: what.pose as unknown as Json, camera_seq: seq };
@@ -173,5 +183,8 @@ export class Reference {
         this.facts.value = { ...what.facts, pose: what.pose, rev: h.sceneRev, method: this.method(), spp: h.spp, bound: h.error };
     }
 }
+
+/** Members, and effects by their own names: each is a choice that can be taken back. */
+const namesIn = (params: JsonObject): Set<string> => new Set([...Object.keys(params), ...Object.keys((params.effects ?? {}) as JsonObject)]);
 
 const keyOf = ({ pose, params }: Wanted): string => JSON.stringify([pose, params]);
