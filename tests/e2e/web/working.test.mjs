@@ -53,6 +53,29 @@ test('lamps of every kind are put under the ceiling, light what is seen, and are
     await edit(() => field(page, 'ceiling-panel', 'ceiling-panel on').click());
 });
 
+test('an arrow key that is held moves a lamp by one step of undo; one that is pressed again, by another', async () => {
+    const where = () => numbers('accent', 'X', 'Y', 'Z');
+    await select(page, 'accent');
+    const mark = page.getByRole('button', { name: /^Lamp accent:/ });
+    const before = await where();
+    const hold = async (times) => {
+        await mark.focus();
+        for (let i = 0; i < times; i++) {
+            const last = String(await where());
+            await page.keyboard.down('ArrowRight');
+            await eventually(async () => String(await where()) !== last, where);
+        }
+        await page.keyboard.up('ArrowRight');
+    };
+    await edit(() => hold(4));
+    const held = await where();
+    await edit(() => hold(1));
+    await edit(() => page.locator('.stage').press('z'));
+    await eventually(async () => String(await where()) === String(held), where);
+    await edit(() => page.locator('.stage').press('z'));
+    await eventually(async () => String(await where()) === String(before), where);
+});
+
 test('a spot is put where the picture was picked, pointed at what is clicked, copied and grouped', async () => {
     const stage = await page.locator('.stage').boundingBox();
     const at = (x, y) => page.mouse.click(stage.x + x * stage.width, stage.y + y * stage.height);

@@ -24,7 +24,7 @@ import { isSoloed } from './many';
 import { LuxMeter } from './luxmeter';
 import { Materials } from './materials';
 import { Reader } from './readout';
-import { may, NOT_TO_EDIT, roleOf, type Role } from './role';
+import { may, NOT_IN_THE_PAST, NOT_TO_EDIT, roleOf, type Role } from './role';
 import { Reference, type Wanted } from './reference';
 import { FrameMeter } from './frame_meter';
 import { Framing } from './framing';
@@ -58,7 +58,9 @@ export class App {
     readonly methods = signal<readonly Method[]>([]);
     /** Of whose token this is. */
     readonly role = signal<Role>('edit');
-    readonly mayEdit = computed(() => may(this.role.value, 'edit'));
+    /** And not while an earlier moment is shown: what is changed would not be seen. */
+    readonly mayEdit = computed(() => may(this.role.value, 'edit') && this.view.settings.value.moment === null);
+    readonly whyNot = computed(() => (may(this.role.value, 'edit') ? NOT_IN_THE_PAST : NOT_TO_EDIT));
     readonly mayMeasure = computed(() => may(this.role.value, 'measure'));
     /** The server keeps the scene on disk: an edit that it answered outlives it. */
     readonly kept = signal(false);
@@ -68,6 +70,10 @@ export class App {
     /** What somebody else just changed; count tells one such edit from the next. */
     readonly touchedByOthers = signal<{ ids: ReadonlySet<string>; count: number }>({ ids: new Set(), count: 0 });
     readonly helpOpen = signal(false);
+    readonly pastOpen = signal(false);
+    /** Counts changes of the scene, and of names of its moments. */
+    readonly pastChanged = signal(0);
+    readonly call: (method: string, params: JsonObject) => Promise<JsonObject>;
     /** Draw lamp markers over the picture. */
     readonly markers = signal(true);
     readonly scene = new SceneMirror();
@@ -93,6 +99,8 @@ export class App {
     readonly reader: Reader;
     readonly compare: Compare;
     readonly reference: Reference;
+    /** A moment of the past, beside now. */
+    readonly then: Reference;
     readonly projects: Projects;
     readonly sharing: Sharing;
     readonly people: People;
@@ -138,6 +146,7 @@ export class App {
     constructor(url: string, token: string | null, project = '') {
         const call = (method: string, params: JsonObject): Promise<JsonObject> =>
             this.rpc ? this.rpc.call(method, params) : Promise.reject(new ClosedError('not connected'));
+        this.call = call;
         const onError = (error: Error): void => this.report(error);
         this.follower = new Follower(this.scene, () => call('scene.get', { expand: true }));
         this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at), mayEdit: () => this.editsAllowed(), onStep: () => this.compare.changing() });
@@ -187,6 +196,13 @@ export class App {
             notify: (method, params) => this.rpc?.notify(method, params),
             onRefused: (error) => this.noReference(error),
             what: computed(() => this.wantedReference()),
+        });
+        this.then = new Reference({
+            ...{ call, onError, wanted: this.compare.wantsMoment, canvas: () => document.createElement('canvas') },
+            ...{ kind: 'moment', method: () => view.settings.value.method ?? '' },
+            notify: (method, params) => this.rpc?.notify(method, params),
+            onRefused: (error) => this.noReference(error),
+            what: computed(() => this.wantedReference(this.compare.moment.value?.rev)),
         });
         this.projects = new Projects({ call, onError, announce: (text) => toasts.announce(text), goTo: (id) => location.assign(hrefOf(id)) });
         this.sharing = new Sharing({
@@ -387,24 +403,39 @@ export class App {
 
     /** Says why where they are not: by key, and by hand in the picture, everything can be tried. */
     private editsAllowed(): boolean {
-        if (!this.mayEdit.value && !this.toasts.shown.value.some((t) => t.text === NOT_TO_EDIT)) this.toasts.info(NOT_TO_EDIT);
+        const why = this.whyNot.value;
+        if (!this.mayEdit.value && !this.toasts.shown.value.some((t) => t.text === why)) this.toasts.info(why);
         return this.mayEdit.value;
     }
 
     /** What a side of the wipe shows; null: nothing yet. */
     shotOf(side: Side): Shot | null {
         if (side === 'reference') return this.reference.shot.value;
+        if (side === 'moment') return this.then.shot.value;
         if (side !== 'now') return this.compare.shotOf(side);
         const { canvas } = this;
         return canvas && this.facts.value && { name: 'Now', facts: this.facts.value, canvas };
     }
 
-    private wantedReference(): Wanted {
+    /** Another than it is now: at the left of the line, and now at its right. */
+    compareWithNow(rev: number, name: string): void {
+        this.view.change({ moment: null });
+        this.compare.moment.value = { rev, name };
+        this.compare.show('moment');
+    }
+
+    /** The scene becomes what it was, for everybody. */
+    revert(rev: number): Promise<boolean> {
+        this.view.change({ moment: null });
+        return this.edits.request('scene.revert', { scene_rev: rev });
+    }
+
+    private wantedReference(moment?: number): Wanted {
         const { overlay, solo } = this.view.settings.value;
         const { ev } = this.exposure.value;
         const scale = isOfLight(overlay) ? (this.meter.server.value?.legend?.scale ?? null) : null;
         const map = isOfLight(overlay) ? overlay : 'none';
-        return { pose: poseFromOrbit(this.view.orbit.value), params: this.view.likeParams(ev, scale), facts: { ev, map, solo } };
+        return { pose: poseFromOrbit(this.view.orbit.value), params: { ...this.view.likeParams(ev, scale), ...(moment === undefined ? {} : { moment }) }, facts: { ev, map, solo } };
     }
 
     private noReference(error: Error): void {
@@ -425,7 +456,7 @@ export class App {
             this.meter.roundTripMs.value = null;
             this.edits.drop();
             this.view.closed();
-            for (const part of [this.reference, this.sensors, this.presets, this.stills, this.people]) part.closed();
+            for (const part of [this.reference, this.then, this.sensors, this.presets, this.stills, this.people]) part.closed();
             this.convergence.reset();
             this.awaitedEdit = null;
             this.toasts.announce('Connection lost');
@@ -460,6 +491,8 @@ export class App {
             await this.view.open();
             void this.people.begin(this.user);
             this.reference.begin();
+            this.then.begin();
+            this.pastChanged.value++;
             await this.learn(rpc);
             this.sharing.apply(); // a link that came since
         } catch (error) {
@@ -505,10 +538,13 @@ export class App {
             this.edits.arrived(stringOr(params.op_id, ''));
             this.comeback.changed(params, params.user === this.user);
             void this.follow(params);
+            this.pastChanged.value++;
             if (params.user !== this.user) this.othersEdited(params.ops);
         } else if (method === 'frame.stats' && this.view.owns(numberOr(params.view_id, 0), numberOr(params.camera_seq, 0))) {
             this.meter.stats(params);
             this.convergence.stats(params, performance.now());
+        } else if (method === 'timeline.named') {
+            this.pastChanged.value++;
         } else if (method === 'preset.fading') {
             this.presets.notified(params);
         } else if (method === 'report.progress') {
@@ -532,7 +568,7 @@ export class App {
         try {
             const frame = decodeFrame(message);
             const { viewId, cameraSeq } = frame.header;
-            for (const view of [this.reference, this.stills]) if (view.owns(viewId, cameraSeq)) view.receive(frame);
+            for (const view of [this.reference, this.then, this.stills]) if (view.owns(viewId, cameraSeq)) view.receive(frame);
             if (this.view.owns(viewId, cameraSeq)) this.picture?.receive(frame);
         } catch (error) {
             this.report(error as Error);
@@ -542,7 +578,7 @@ export class App {
     /** A whole frame is on the canvas. In a hidden tab, where nobody looks, the next one is asked for by the ping alone. */
     private drawn(last: FrameHeader, arrivedAt: number): void {
         this.broken = 0;
-        this.comeback.drawn(last.sceneRev);
+        this.comeback.drawn(this.view.settings.value.moment === null ? last.sceneRev : Infinity);
         const cameraLatency = this.view.drawn(last);
         if (cameraLatency !== null) this.meter.latency(cameraLatency);
         if (this.awaitedEdit && last.sceneRev >= this.awaitedEdit.rev) {
@@ -581,7 +617,7 @@ export class App {
         if (this.projects.shown.value) await this.projects.refresh();
         if (!rpc || viewId === null) return;
         const start = performance.now();
-        if (!document.hidden) this.reference.acknowledge();
+        if (!document.hidden) for (const view of [this.reference, this.then]) view.acknowledge();
         try {
             await rpc.call('frame.ack', { view_id: viewId, frame_seq: this.acked.seq, held_ms: start - this.acked.arrivedAt });
             this.meter.roundTripMs.value = performance.now() - start;

@@ -8,12 +8,12 @@ import { Stills } from './stills';
 import { DEFAULT_POSE, ViewLink } from './view';
 
 test('no two viewers ever give the same number, and frames have room for each', () => {
-    const viewers: Viewer[] = ['view', 'reference', 'stills'];
+    const viewers: Viewer[] = ['view', 'reference', 'stills', 'moment'];
     const ends = viewers.map((viewer) => {
         const numbers = new CameraNumbers(viewer);
         return [numbers.next(), Number(Object.entries(numbers).find(([name]) => name === 'end')![1])] as const;
     });
-    assert.deepEqual(ends, [[1, 2 ** 30], [2 ** 30, 2 ** 31], [2 ** 31, 2 ** 32]]);
+    assert.deepEqual(ends, [[1, 2 ** 30], [2 ** 30, 2 ** 31], [2 ** 31, 3 * 2 ** 30], [3 * 2 ** 30, 2 ** 32]]);
     for (const viewer of viewers) {
         const numbers = new CameraNumbers(viewer);
         const before = numbers.next();

@@ -6,7 +6,8 @@ const RANGES = {
     /** 0: none was given. */
     view: [1, 2 ** 30],
     reference: [2 ** 30, 2 ** 31],
-    stills: [2 ** 31, 2 ** 32],
+    stills: [2 ** 31, 3 * 2 ** 30],
+    moment: [3 * 2 ** 30, 2 ** 32],
 } as const;
 export type Viewer = keyof typeof RANGES;
 

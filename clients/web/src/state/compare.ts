@@ -38,7 +38,7 @@ export interface Kept extends Shot {
 }
 
 /** before: this user's last change, an undo too. A number: the key of a kept picture. */
-export type Side = 'now' | 'before' | 'reference' | number;
+export type Side = 'now' | 'before' | 'reference' | 'moment' | number;
 
 /** Of more the oldest goes: pictures take memory, a byte for each colour of each pixel. */
 export const MOST_KEPT = 12;
@@ -59,6 +59,9 @@ export class Compare {
     readonly sides = signal<readonly [Side, Side] | null>(null);
     /** Where the line is: 0 at the left border of the picture, 1 at the right. */
     readonly at = signal(0.5);
+    /** Of the timeline, that was compared last. */
+    readonly moment = signal<{ rev: number; name: string } | null>(null);
+    readonly wantsMoment = computed(() => this.sides.value?.includes('moment') ?? false);
     readonly wantsReference = computed(() => this.sides.value?.includes('reference') ?? false);
     private focusWanted = false;
     private last: readonly [Side, Side] | null = null;
@@ -151,6 +154,7 @@ export class Compare {
         if (side === 'now') return 'Now';
         if (side === 'reference') return 'Reference';
         if (side === 'before') return 'Before';
+        if (side === 'moment') return this.moment.value?.name ?? '';
         return this.keptOf(side)?.name ?? '';
     }
 

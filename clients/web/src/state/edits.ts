@@ -28,8 +28,8 @@ interface Batch {
     fields: Map<string, Field>;
 }
 
-export type PresetMethod = 'preset.store' | 'preset.recall' | 'preset.stop';
-type Method = 'scene.apply' | 'scene.undo' | 'scene.redo' | PresetMethod;
+export type ServersEdit = 'preset.store' | 'preset.recall' | 'preset.stop' | 'scene.revert';
+type Method = 'scene.apply' | 'scene.undo' | 'scene.redo' | ServersEdit;
 
 /** Of which nobody knows whether it took effect. */
 interface Lost {
@@ -137,7 +137,7 @@ export class Edits {
     }
 
     /** An edit that the server makes; one undo step. */
-    request(method: PresetMethod, params: JsonObject): Promise<boolean> {
+    request(method: ServersEdit, params: JsonObject): Promise<boolean> {
         if (!this.host.mayEdit()) return Promise.resolve(false);
         this.endGesture();
         this.begin();

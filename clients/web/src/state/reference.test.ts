@@ -139,3 +139,35 @@ test('a connection that breaks takes the view with it, and the next one opens it
     reference.begin();
     assert.deepEqual(names(), ['view.open']);
 });
+
+test('a choice that is taken back is not kept by the view beside: it is opened anew, as an update cannot say so', async () => {
+    const { reference, wanted, what, calls, names, replies } = made();
+    const params = { ...WANTED.params, tone_map: 'aces', effects: { glossy: 'off', media: 'on' } };
+    what.value = { ...WANTED, params };
+    reference.begin();
+    wanted.value = true;
+    replies.answer();
+    await settle();
+    const change = (to: JsonObject): void => {
+        const timers = new FakeTimers();
+        try {
+            what.value = { ...WANTED, params: to };
+            timers.tick(1000);
+        } finally {
+            timers.reset();
+        }
+    };
+    names();
+    change({ ...params, tone_map: 'none' });
+    await settle();
+    assert.deepEqual(names(), ['view.update'], 'another choice is told');
+    change({ ...params, effects: { glossy: 'off' } });
+    await settle();
+    assert.deepEqual(calls.map(([m, p]) => [m, p.effects]), [['view.close', undefined], ['view.open', { glossy: 'off' }]]);
+    replies.answer();
+    await settle();
+    names();
+    change(WANTED.params);
+    await settle();
+    assert.deepEqual(names(), ['view.close', 'view.open']);
+});

@@ -1,6 +1,7 @@
 /**
  * A second view of this session: what path tracing shows of the same light, from the same camera, at the same exposure. It is
- * there only while it is looked at, for both share the server's time.
+ * there only while it is looked at, for both share the server's time. A moment of the past beside now is another such view, of the
+ * same method.
  */
 import { computed, effect, signal, type ReadonlySignal } from '@preact/signals';
 import { Debounce } from '../lib/debounce';
@@ -32,6 +33,10 @@ export interface ReferenceHost {
     onError(error: Error): void;
     /** There will be none. */
     onRefused(error: Error): void;
+    /** '': that of the scene. */
+    method?(): string;
+    /** Whose numbers its cameras have. */
+    kind?: 'reference' | 'moment';
     /** Somebody looks at it. */
     wanted: ReadonlySignal<boolean>;
     what: ReadonlySignal<Wanted>;
@@ -53,14 +58,17 @@ export class Reference {
     private picture: Picture | null = null;
     private viewId: number | null = null;
     private opening = false;
-    private readonly numbers = new CameraNumbers('reference');
+    private readonly numbers: CameraNumbers;
     private acked = { seq: 0, arrivedAt: 0 };
     private told = '';
+    /** What the open view was given: an update leaves it as it is where it does not name it. */
+    private given = new Set<string>();
     /** What the server was asked for, by camera_seq. */
     private readonly asked = new Map<number, Wanted>();
     private readonly later = new Debounce(() => void this.update(), REST_MS, NO_CAP_MS);
 
     constructor(private readonly host: ReferenceHost) {
+        this.numbers = new CameraNumbers(host.kind ?? 'reference');
         effect(() => {
             if (host.wanted.value && this.ready.value) void this.open();
             else void this.close();
@@ -102,13 +110,14 @@ export class Reference {
     private async open(): Promise<void> {
         if (this.viewId !== null || this.opening) return;
         this.opening = true;
+        this.given.clear();
         this.canvas ??= this.host.canvas();
         const onBroken = (h: FrameHeader, at: number, error: Error): void => this.broke(h, at, error);
         this.picture = new Picture(this.canvas, { onDrawn: (h, at) => this.drawn(h, at), onBroken }, this.host.decode);
         this.acked = { seq: 0, arrivedAt: 0 };
         this.numbers.begin();
         try {
-            const reply = await this.host.call('view.open', { ...this.params(), method: 'path', spp: REFERENCE_SPP, stats: false });
+            const reply = await this.host.call('view.open', { ...this.params(), ...(this.method() ? { method: this.method() } : {}), spp: REFERENCE_SPP, stats: false });
             this.viewId = Number(reply.view_id);
             this.acknowledge();
         } catch (error) {
@@ -134,12 +143,23 @@ export class Reference {
 
     private async update(): Promise<void> {
         if (this.viewId === null) return;
+        const named = namesIn(this.host.what.peek().params);
+        if ([...this.given].some((name) => !named.has(name))) {
+            await this.close();
+            await this.open();
+            return;
+        }
         await this.host.call('view.update', { view_id: this.viewId, ...this.params() }).catch(this.host.onError);
+    }
+
+    private method(): string {
+        return this.host.method?.() ?? 'path';
     }
 
     private params(): JsonObject {
         const what = this.host.what.peek();
         this.told = keyOf(what);
+        for (const name of namesIn(what.params)) this.given.add(name);
         const seq = this.numbers.next();
         this.asked.set(seq, what);
         return { ...what.params, camera: what.pose as unknown as Json, camera_seq: seq };
@@ -160,8 +180,11 @@ export class Reference {
         this.shown(h, arrivedAt);
         for (const seq of this.asked.keys()) if (seq < h.cameraSeq) this.asked.delete(seq);
         if (!what || h.cameraSeq !== this.numbers.last) return; // of what was wanted before
-        this.facts.value = { ...what.facts, pose: what.pose, rev: h.sceneRev, method: 'path', spp: h.spp, bound: h.error };
+        this.facts.value = { ...what.facts, pose: what.pose, rev: h.sceneRev, method: this.method(), spp: h.spp, bound: h.error };
     }
 }
+
+/** Members, and effects by their own names: each is a choice that can be taken back. */
+const namesIn = (params: JsonObject): Set<string> => new Set([...Object.keys(params), ...Object.keys((params.effects ?? {}) as JsonObject)]);
 
 const keyOf = ({ pose, params }: Wanted): string => JSON.stringify([pose, params]);

@@ -11,4 +11,5 @@ export const may = (role: Role, needed: Role): boolean => ROLES.indexOf(role) >=
 
 /** For people, where something is not for them. */
 export const NOT_TO_EDIT = 'With your token you may look, not change. Whoever runs the server can give you one for edits.';
+export const NOT_IN_THE_PAST = 'You look at an earlier moment: go to now, or back to it, to change something.';
 export const NOT_TO_MEASURE = 'With your token you may look, not measure.';

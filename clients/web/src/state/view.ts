@@ -92,6 +92,8 @@ export interface ViewSettings {
     stop: Stop;
     /** Lamps and groups that alone shine in this view; empty: all that are on. */
     solo: readonly string[];
+    /** Revision of the scene that is shown; null: now. */
+    moment: number | null;
     resolution: Resolution;
     stream: Stream;
 }
@@ -114,6 +116,7 @@ function rememberedSettings(): ViewSettings {
         falseColour: PLAIN_FALSE_COLOUR,
         stop: 'exact',
         solo: [],
+        moment: null,
         resolution: resolution && resolution in RESOLUTIONS ? (resolution as Resolution) : 'balanced',
         stream: stream && stream in STREAMS ? (stream as Stream) : 'jpeg',
     };
@@ -333,7 +336,7 @@ export class ViewLink {
     likeParams(ev: number, scale: { min: number; max: number } | null): JsonObject {
         const s = this.settings.value;
         const { codec, quality } = STREAMS[s.stream];
-        const params: JsonObject = { size: [...this.size.value], codec, codecs: [...this.codecs], quality, white_balance_k: s.whiteBalance, solo: [...s.solo], exposure_ev: ev };
+        const params: JsonObject = { size: [...this.size.value], codec, codecs: [...this.codecs], quality, white_balance_k: s.whiteBalance, solo: [...s.solo], moment: s.moment, exposure_ev: ev };
         params.overlay = isOfLight(s.overlay) ? s.overlay : 'none';
         if (isOfLight(s.overlay)) params.false_color = { ...s.falseColour, min: s.falseColour.min ?? scale?.min ?? null, max: s.falseColour.max ?? scale?.max ?? null };
         if (Object.keys(s.effects).length > 0) params.effects = { ...s.effects };
@@ -359,7 +362,7 @@ export class ViewLink {
         const { codec, quality } = STREAMS[s.stream];
         const error = STOPS[s.stop];
         const budget: JsonObject = error !== null && this.addsSamples() ? { error } : {};
-        const params: JsonObject = { codec, codecs: [...this.codecs], quality, white_balance_k: s.whiteBalance, overlay: s.overlay, budget, solo: [...s.solo] };
+        const params: JsonObject = { codec, codecs: [...this.codecs], quality, white_balance_k: s.whiteBalance, overlay: s.overlay, budget, solo: [...s.solo], moment: s.moment };
         if (isOfLight(s.overlay)) params.false_color = { ...s.falseColour };
         for (const name of Object.keys(s.effects)) this.told.add(name);
         if (this.told.size > 0) params.effects = Object.fromEntries([...this.told].map((name) => [name, s.effects[name] ?? 'auto']));

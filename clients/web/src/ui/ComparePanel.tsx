@@ -22,6 +22,9 @@ export function ComparePanel() {
                     Keep this picture
                 </button>
             </header>
+            <button type="button" class="toggle" aria-expanded={app.pastOpen.value} title="What the scene was, edit by edit" onClick={() => (app.pastOpen.value = !app.pastOpen.value)}>
+                Timeline
+            </button>
             {kept.length === 0 && <p class="hint">Keep a picture, change the light, and drag a line between before and after.</p>}
             {compare.sides.value && <Sides sides={compare.sides.value} />}
             <ul class="kept-list">
@@ -59,6 +62,7 @@ function Sides({ sides }: { sides: readonly [Side, Side] }) {
         ['now', 'Now'],
         ...(compare.before.value ? [['before', 'Before'] as [string, string]] : []),
         ['reference', 'Reference'],
+        ...(compare.moment.value ? [['moment', compare.moment.value.name] as [string, string]] : []),
         ...compare.kept.value.map((k): [string, string] => [String(k.key), k.name]),
     ];
     const choose = (which: 0 | 1, value: string): void => compare.choose(which, /^\d+$/.test(value) ? Number(value) : (value as Side));

@@ -7,18 +7,13 @@ import { useApp } from './context';
 import { Editing } from './Editing';
 import { Icon } from './Icon';
 import { NumberField } from './NumberField';
+import { useDeskIsShown } from './SectionNav';
 
 const ASK_EVERY_MS = 1000;
 const PROTOCOLS: [string, string][] = [
     ['sacn', 'sACN'],
     ['artnet', 'Art-Net'],
 ];
-
-/** True where the server listens to a desk, or the scene has patches. */
-export function useDeskIsShown(): boolean {
-    const app = useApp();
-    return app.desk.status.value !== null || app.scene.list('patch').value.length > 0;
-}
 
 /** Which channels of a lighting desk control what. Only where there is one, or could be. */
 export function DeskPanel() {

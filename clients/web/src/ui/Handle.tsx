@@ -107,7 +107,10 @@ export function Handle({ name, id, at, reachable, onGrab, onPress, moveTo, onEnd
         e.stopPropagation();
         grab();
         movePlace(at, place.x + step[0], place.y + step[1], e.shiftKey, app.snap.how(e, true));
-        end();
+    };
+    /** A key that is held is one gesture: it ends when it is let go, or the focus leaves. */
+    const keyed = (): void => {
+        if (moved.current && !grip.current) end();
     };
     return (
         <g
@@ -121,6 +124,8 @@ export function Handle({ name, id, at, reachable, onGrab, onPress, moveTo, onEnd
             onPointerUp={up}
             onPointerCancel={up}
             onKeyDown={key}
+            onKeyUp={keyed}
+            onBlur={keyed}
         >
             <circle class="handle-hit" r="16" />
             {children}

@@ -3,7 +3,6 @@ import { AccuracyPanel } from './AccuracyPanel';
 import { ComparePanel } from './ComparePanel';
 import { useApp } from './context';
 import { DaylightPanel } from './DaylightPanel';
-import { DeskPanel } from './DeskPanel';
 import { DropFiles } from './DropFiles';
 import { EffectsPanel } from './EffectsPanel';
 import { ImportPanel } from './ImportPanel';
@@ -13,7 +12,7 @@ import { DragGhost, LibraryPanel } from './LibraryPanel';
 import { LightList } from './LightList';
 import { MaterialPanel } from './MaterialPanel';
 import { PresetPanel } from './PresetPanel';
-import { SectionNav } from './SectionNav';
+import { SectionNav, useDeskIsShown } from './SectionNav';
 import { SensorPanel } from './SensorPanel';
 import { StatusBar } from './StatusBar';
 import { Toasts } from './Toasts';
@@ -25,6 +24,8 @@ const peoplePanel = () => import('./PeoplePanel').then((m) => m.PeoplePanel);
 const selectionPanel = () => import('./SelectionPanel').then((m) => m.SelectionPanel);
 const startPage = () => import('./Projects').then((m) => m.StartPage);
 const projectsDialog = () => import('./Projects').then((m) => m.ProjectsDialog);
+const timelineBar = () => import('./TimelineBar').then((m) => m.TimelineBar);
+const deskPanel = () => import('./DeskPanel').then((m) => m.DeskPanel);
 const helpDialog = () => import('./HelpDialog').then((m) => m.HelpDialog);
 
 export function Layout() {
@@ -51,7 +52,7 @@ export function Layout() {
                     <MaterialPanel />
                     <DaylightPanel />
                     <SensorPanel />
-                    <DeskPanel />
+                    <Lazy when={useDeskIsShown()} load={deskPanel} with={{}} />
                     <ViewPanel />
                     <ComparePanel />
                     <AccuracyPanel />
@@ -59,6 +60,7 @@ export function Layout() {
                     <ImportPanel />
                 </div>
             </div>
+            <Lazy when={app.pastOpen.value} load={timelineBar} with={{}} />
             <StatusBar />
             <Lazy when={app.projects.atStart.value} load={startPage} with={{}} />
             <Toasts />

@@ -1,5 +1,4 @@
 import { useApp } from './context';
-import { useDeskIsShown } from './DeskPanel';
 
 /** The sections of the panel, which is longer than a screen: heading by id, and a short name. */
 const SECTIONS: [string, string][] = [
@@ -15,6 +14,12 @@ const SECTIONS: [string, string][] = [
     ['import-title', 'Models'],
     ['desk-title', 'Desk'],
 ];
+
+/** True where the server listens to a desk, or the scene has patches. */
+export function useDeskIsShown(): boolean {
+    const app = useApp();
+    return app.desk.status.value !== null || app.scene.list('patch').value.length > 0;
+}
 
 /** Goes to a section: its heading takes the focus, so that the Tab key goes on from there. */
 export function goTo(id: string): void {

@@ -54,7 +54,7 @@ export function Viewport() {
             >
                 <canvas ref={canvas} class={`picture ${app.comeback.isStale.value ? 'is-stale' : ''}`} />
                 <Lazy when={app.compare.sides.value !== null} load={wipePictures} with={{}} />
-                <Overlay />
+                {app.view.settings.value.moment === null && <Overlay />}
                 <span class="reticle" aria-hidden="true" />
             </div>
             <Lazy when={app.compare.sides.value !== null} load={wipeLine} with={{}} />
@@ -75,7 +75,7 @@ function placeIn(e: PointerEvent & { currentTarget: HTMLElement }): [number, num
 function Modes() {
     const app = useApp();
     const aiming = app.lamps.aiming.value;
-    const { solo } = app.view.settings.value;
+    const { solo, moment } = app.view.settings.value;
     return (
         <div class="modes">
             {aiming && (
@@ -89,6 +89,14 @@ function Modes() {
                 </p>
             )}
             <Comparing />
+            {moment !== null && (
+                <p class="mode is-past" role="status">
+                    <span>As it was, in your view</span>
+                    <button type="button" class="button" onClick={() => app.view.change({ moment: null })}>
+                        Now
+                    </button>
+                </p>
+            )}
             {solo.length > 0 && (
                 <p class="mode is-solo">
                     <span>

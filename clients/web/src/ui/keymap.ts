@@ -122,6 +122,7 @@ export const KEYMAP: readonly Key[] = [
     { keys: ['c'], shown: 'C', label: 'Luminance in false colour, then illuminance, then the error, then none of them', run: nextMap },
     { keys: ['k'], shown: 'K', label: 'Keep this picture, to compare with it later', run: (app) => void app.compare.keep() },
     { keys: ['w'], shown: 'W', label: 'Wipe between it, or how it was before your last change, and now; arrow keys move the line, Enter flips', run: (app) => app.compare.toggle() },
+    { keys: ['t'], shown: 'T', label: 'Timeline: what the scene was; arrow keys go from moment to moment', run: (app) => (app.pastOpen.value = true) },
     { keys: [','], shown: ',', label: 'Stop refining earlier: faster', run: (app) => stopAt(app, -1) },
     { keys: ['.'], shown: '.', label: 'Refine further: more exact', run: (app) => stopAt(app, 1) },
     { keys: ['x'], shown: 'X', label: 'Snapping to the grid, and angles, on or off', run: (app) => (app.snap.on.value = !app.snap.on.value) },

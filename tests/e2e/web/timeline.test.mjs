@@ -1,0 +1,100 @@
+// What the scene was, as a track: looked at, named, compared with now, gone back to, played. By keyboard. Scene: room.jsonl.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { eventually, open, settled, shownRev } from './browser.mjs';
+import { ROOM, context, edit, page, serve, tab, violations } from './stage.mjs';
+
+const daemon = serve(ROOM);
+const bar = () => page.getByRole('region', { name: 'Timeline' });
+const track = () => page.getByRole('slider', { name: 'Moment that is shown' });
+const said = () => track().getAttribute('aria-valuetext');
+const spoken = (text) => page.locator('.visually-hidden[role=status]', { hasText: text }).first().waitFor({ state: 'attached' });
+const accent = () => page.getByLabel('accent on', { exact: true });
+const shot = async (name) => {
+    if (process.env.LUMEND_SHOTS) await page.screenshot({ path: `${process.env.LUMEND_SHOTS}/${name}.png` });
+};
+
+test('moments are looked at by arrow keys, in this view alone', async () => {
+    await page.setViewportSize({ width: 1440, height: 900 });
+    await page.locator('.stage').focus();
+    await page.keyboard.press('t');
+    await track().waitFor();
+    await eventually(async () => (await said()).startsWith('Now'), said);
+    for (let i = 0; i < 3; i++) await edit(() => accent().click()); // off, on, off
+    await eventually(async () => (await track().getAttribute('aria-valuemax')) === '4', async () => `${await track().getAttribute('aria-valuemax')} ${await said()}`);
+    const now = await shownRev(page);
+    const others = await open(context, daemon.url);
+    await settled(others);
+
+    await track().focus();
+    await page.keyboard.press('ArrowLeft');
+    await eventually(async () => /switch of accent/.test(await said()) && !(await said()).startsWith('Now'), said);
+    await eventually(async () => (await shownRev(page)) === now - 1, () => shownRev(page));
+    assert.equal(await page.getByRole('status').filter({ hasText: 'As it was' }).count(), 1);
+    assert.equal(await accent().isDisabled(), true, 'what would not be seen is not changed');
+    await page.keyboard.press('Home');
+    await eventually(async () => (await said()).includes('as it began'), said);
+    await shot('past');
+    assert.deepEqual(await violations(page), []);
+    assert.equal(await shownRev(others.page), now, 'others see the scene as it is');
+    await page.keyboard.press('End');
+    await eventually(async () => (await shownRev(page)) === now, () => shownRev(page));
+    await others.page.close();
+});
+
+test('a moment is named, compared with now by the line, and gone back to; undo takes that back', async () => {
+    const now = await shownRev(page);
+    await track().focus();
+    await page.keyboard.press('ArrowLeft');
+    await eventually(async () => (await shownRev(page)) === now - 1, () => shownRev(page));
+    const name = bar().getByLabel('Name of this moment');
+    await name.fill('bright');
+    await name.press('Enter');
+    await bar().getByRole('button', { name: 'bright', exact: true }).waitFor();
+    await spoken('This moment is bright');
+    const then = await shownRev(page);
+
+    await bar().getByRole('button', { name: 'Compare with now' }).focus();
+    await page.keyboard.press('Enter');
+    await page.locator('.wipe-tag.is-left', { hasText: 'bright' }).waitFor();
+    await eventually(async () => (await page.locator('.wipe-tag.is-left').textContent()).includes(`revision ${then}`), () => page.locator('.wipe-tag.is-left').textContent());
+    await page.locator('.wipe-picture canvas').waitFor();
+    await eventually(async () => (await page.locator('.wipe-tag.is-right').textContent()).includes(`revision ${now}`), () => page.locator('.wipe-tag.is-right').textContent());
+    // The other view is made anew while this one's exposure settles.
+    const means = () =>
+        page.evaluate(() =>
+            [...document.querySelectorAll('.wipe-picture canvas, .picture')].map((canvas) => {
+                const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+                return data.reduce((sum, v, i) => sum + (i % 4 === 3 ? 0 : v), 0) / data.length;
+            }),
+        );
+    await eventually(async () => {
+        const [left, right] = await means();
+        return Math.abs(left - right) > 1;
+    }, means);
+    await shot('compare');
+    assert.deepEqual(await violations(page), []);
+    await bar().getByRole('button', { name: 'Compare with now' }).click();
+
+    await bar().getByRole('button', { name: 'bright', exact: true }).click();
+    await eventually(async () => (await shownRev(page)) === then, () => shownRev(page));
+    await bar().getByRole('button', { name: 'Go back to here' }).click();
+    await spoken('The scene is as it was: bright');
+    await eventually(async () => accent().isChecked(), said);
+    await eventually(async () => (await said()).includes('back to bright'), said);
+    await page.locator('.stage').focus();
+    await page.keyboard.press('z');
+    await eventually(async () => !(await accent().isChecked()), said);
+    await eventually(async () => (await said()).includes('undid switch of accent'), said);
+});
+
+test('played it goes from the first moment to now', async () => {
+    await bar().getByLabel('Steps a second').selectOption('5');
+    await bar().getByRole('button', { name: 'Play' }).click();
+    await eventually(async () => (await page.getByRole('status').filter({ hasText: 'As it was' }).count()) === 1, said);
+    await spoken('Played to now');
+    assert.ok((await said()).startsWith('Now'));
+    await bar().getByRole('button', { name: 'Close the timeline' }).click();
+    await eventually(async () => (await bar().count()) === 0, () => bar().count());
+    assert.deepEqual(tab.watch.errors, []);
+});
