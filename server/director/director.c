@@ -218,12 +218,12 @@ static void *director_main(void *arg)
         lum_director_turn_assets(d);
         lum_director_turn_exports(d);
         lum_director_commit(d);
-        if (!d->staged)
-            lum_world_turn_trees(&d->world);
         lum_director_turn_desk(d);
         int64_t fade_ns = lum_director_turn_fade(d), wait_ns = lum_director_publish_due(d);
         wait_ns = fade_ns < wait_ns ? fade_ns : wait_ns;
         struct lum_server_view *v = lum_director_choose_view(d);
+        if (!d->staged && (!v || lum_server_view_is_whole(v))) /* pictures come first */
+            lum_world_turn_trees(&d->world);
         if (v && fade_ns != INT64_MAX && lum_server_view_is_whole(v))
             v = NULL; /* it would only be refined, and has another light in a moment */
         enum lum_beside_state beside = lum_director_work_beside(d, v);

@@ -1,4 +1,5 @@
 /* Reading is total: whatever the file holds, what can be read is kept, and the rest is told. */
+#include "server/journal/read_ahead.h"
 #include "server/journal/snapshot.h"
 
 #include <stdio.h>
@@ -10,6 +11,8 @@
 #include "protocol/json/json.h"
 
 #define MAX_NUMBER ((size_t)1 << 53)
+#define MOST_AHEAD 1024u                       /* imports; more are small */
+#define LEAST_AHEAD_BYTES ((uint64_t)16 << 20) /* one thread reads them in 40 ms */
 
 struct numbered {
     size_t number;
@@ -21,8 +24,9 @@ struct loader {
     const char *name;
     const struct lum_dir *content;
     const struct lum_damage_sink *damage;
-    size_t n_numbers;     /* as the start says; histories hold on to records, too: it has no limit */
-    struct numbered *all; /* by number, as they come in the file; those that are lost are left out */
+    struct lum_read_ahead *ahead; /* NULL: content is read when it is needed */
+    size_t n_numbers;             /* as the start says; histories hold on to records, too: it has no limit */
+    struct numbered *all;         /* by number, as they come in the file; those that are lost are left out */
     size_t n_all, capacity;
     size_t n_lost;
     size_t n_moments, next_moment; /* as the start says; the number of the one that follows */
@@ -121,7 +125,7 @@ static void take_pack(struct loader *l, const struct lum_block *f, const cJSON *
         return;
     }
     size_t n_before = l->n_lost;
-    if (lum_content_read(l->content, sha, l->damage, &list, &err)) {
+    if (!lum_read_ahead_take(l->ahead, sha, &list) && lum_content_read(l->content, sha, l->damage, &list, &err)) {
         lum_damage_unread(l->damage, &err);
         lost(l, f, err.text);
         return;
@@ -383,6 +387,54 @@ static void read_blocks(struct loader *l, struct lum_block_reader *r)
     }
 }
 
+/* ---- content that is read ahead ---- */
+
+/* A block of a snapshot that says what content there is: those come first, behind its start. */
+static const char *pack_of(const struct lum_block *f)
+{
+    const cJSON *pack = cJSON_GetObjectItemCaseSensitive(f->json, "pack");
+    const char *sha = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(pack, "sha"));
+    return sha && lum_sha_is(sha) ? sha : NULL;
+}
+
+/* The content of all packs, at most MOST_AHEAD, in order; and its bytes. */
+static size_t list_packs(struct lum_block_reader *r, const struct lum_dir *content, lum_sha *ret_shas,
+                         uint64_t *ret_n_bytes)
+{
+    size_t n = 0;
+    for (bool more = true; more && n < MOST_AHEAD;) {
+        struct lum_block f;
+        struct lum_error ignored;
+        uint64_t n_bytes = 0;
+        more = lum_block_next(r, &f, &ignored) == LUM_BLOCK_WHOLE;
+        const char *sha = more ? pack_of(&f) : NULL;
+        if (sha && !lum_dir_size(content, sha, &n_bytes, &ignored))
+            memcpy(ret_shas[n++], sha, sizeof *ret_shas);
+        *ret_n_bytes += n_bytes;
+        more = more && (sha || cJSON_GetObjectItemCaseSensitive(f.json, "snapshot"));
+        lum_block_finish(&f);
+    }
+    return n;
+}
+
+/* NULL where it would gain nothing, or fails: nothing hangs on it. */
+static struct lum_read_ahead *begin_ahead(const struct lum_dir *dir, const struct lum_dir *content, const char *name)
+{
+    struct lum_block_reader r;
+    struct lum_error ignored;
+    struct lum_read_ahead *ahead = NULL;
+    uint64_t n_bytes = 0;
+    lum_sha *shas = calloc(MOST_AHEAD, sizeof *shas);
+    if (shas && !lum_block_open(&r, dir, name, LUM_FILE_SNAPSHOT, &ignored)) {
+        size_t n = list_packs(&r, content, shas, &n_bytes);
+        lum_block_close_reader(&r);
+        if (n > 1 && n_bytes >= LEAST_AHEAD_BYTES)
+            ahead = lum_read_ahead_begin(content, shas, n);
+    }
+    free(shas);
+    return ahead;
+}
+
 static bool collect(struct loader *l)
 {
     struct lum_document_state *s = &l->out.state;
@@ -411,7 +463,9 @@ enum lum_status lum_snapshot_load(const struct lum_dir *dir, const struct lum_di
     enum lum_status st = lum_block_open(&r, dir, name, LUM_FILE_SNAPSHOT, err);
     if (st)
         return st;
+    l.ahead = begin_ahead(dir, content, name);
     read_blocks(&l, &r);
+    lum_read_ahead_end(l.ahead);
     l.out.seq = r.seq;
     lum_block_close_reader(&r);
     if (l.next_moment != l.n_moments) /* what came after the last one is lost */

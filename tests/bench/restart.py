@@ -116,6 +116,11 @@ def frame(ws, is_wanted):
         ws.binaries.clear()
 
 
+def cpu_s(daemon):
+    with open(f"/proc/{daemon.process.pid}/stat", encoding="ascii") as stat:
+        return sum(map(int, stat.read().rpartition(")")[2].split()[11:13])) / os.sysconf("SC_CLK_TCK")
+
+
 def start(state, o):
     begin = time.monotonic()
     daemon = Daemon("--state", state, threads=0)
@@ -126,10 +131,10 @@ def start(state, o):
     seconds["answer_s"] = time.monotonic() - begin
     frame(ws, lambda header: True)
     seconds["first_frame_s"] = time.monotonic() - begin
+    seconds["first_cpu_s"] = cpu_s(daemon)
     frame(ws, lambda header: header["downscale"] == 0)
     seconds["first_whole_frame_s"] = time.monotonic() - begin
-    with open(f"/proc/{daemon.process.pid}/stat", encoding="ascii") as stat:
-        seconds["cpu_s"] = sum(map(int, stat.read().rpartition(")")[2].split()[11:13])) / os.sysconf("SC_CLK_TCK")
+    seconds["cpu_s"] = cpu_s(daemon)
     seconds["rss_bytes"] = daemon.rss_bytes()
     kill(daemon)
     return {key: round(value, 3) for key, value in seconds.items()}
