@@ -15,6 +15,7 @@ from authority import Authority
 from wsclient import BROKEN, WAIT_S, WebSocket, connect_tcp
 
 LUMEND = os.environ.get("LUMEND", "lumend")
+SANITIZE = os.environ.get("LUMEND_SANITIZE", "")  # what the daemon was built with: "address,undefined", "thread" or nothing
 SKY = os.path.join(os.path.dirname(os.path.abspath(__file__)), "sky.jsonl")  # for --scene, where pictures only have to come
 
 

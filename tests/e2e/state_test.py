@@ -17,7 +17,7 @@ import threading
 import time
 import unittest
 
-from daemon import LUMEND, Daemon
+from daemon import LUMEND, SANITIZE, Daemon
 from wsclient import LAST_TILE, WAIT_S, Closed, RpcError, tile_header
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -597,4 +597,5 @@ class ExportFile(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    # The commands have one thread.
+    unittest.main(defaultTest=["Kill", "Restart"] if "thread" in SANITIZE else None)
