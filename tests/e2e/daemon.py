@@ -19,6 +19,14 @@ SANITIZE = os.environ.get("LUMEND_SANITIZE", "")  # what the daemon was built wi
 SKY = os.path.join(os.path.dirname(os.path.abspath(__file__)), "sky.jsonl")  # for --scene, where pictures only have to come
 
 
+def eventually(condition, what):
+    """A hang must not hang the suite."""
+    end_s = time.monotonic() + WAIT_S
+    while not condition():
+        if time.monotonic() > end_s:
+            raise AssertionError(f"not in {WAIT_S} s: {what}")
+
+
 class Tls:
     """For tests that run by clear text and, with LUMEND_TEST_TLS, by TLS."""
 
