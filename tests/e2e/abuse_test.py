@@ -6,7 +6,7 @@ import struct
 import time
 import unittest
 
-from daemon import Daemon
+from daemon import Daemon, eventually
 from wsclient import BROKEN, PING, TEXT, Closed, HandshakeFailed, RpcError, frame, read_to_end
 
 PER_ADDRESS = 64   # LUM_LIMIT_CONNECTIONS_PER_IP
@@ -270,9 +270,9 @@ class Abuse(unittest.TestCase):
             ws = self.daemon.connect()
             ws.call("view.open", {"size": [64, 64], "camera_id": "main"})
             ws.close()
-        while self.daemon.metric("sessions") > 1 or (
-                not os.environ.get("LUMEND_FAKE") and self.daemon.metric("views") > 0):
-            pass
+        eventually(lambda: self.daemon.metric("sessions") <= 1, "sessions are gone")
+        if not os.environ.get("LUMEND_FAKE"):
+            eventually(lambda: self.daemon.metric("views") == 0, "views are gone")
 
 
 if __name__ == "__main__":

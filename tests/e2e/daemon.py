@@ -15,7 +15,16 @@ from authority import Authority
 from wsclient import BROKEN, WAIT_S, WebSocket, connect_tcp
 
 LUMEND = os.environ.get("LUMEND", "lumend")
+SANITIZE = os.environ.get("LUMEND_SANITIZE", "")  # what the daemon was built with: "address,undefined", "thread" or nothing
 SKY = os.path.join(os.path.dirname(os.path.abspath(__file__)), "sky.jsonl")  # for --scene, where pictures only have to come
+
+
+def eventually(condition, what):
+    """A hang must not hang the suite."""
+    end_s = time.monotonic() + WAIT_S
+    while not condition():
+        if time.monotonic() > end_s:
+            raise AssertionError(f"not in {WAIT_S} s: {what}")
 
 
 class Tls:

@@ -9,7 +9,7 @@ import tempfile
 import unittest
 
 import glb
-from daemon import LUMEND, Daemon
+from daemon import LUMEND, SANITIZE, Daemon
 from wsclient import RpcError
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -17,7 +17,6 @@ SHARED = os.path.normpath(os.path.join(HERE, "../../../shared/scenes"))
 IMPORT = os.path.join(os.path.dirname(LUMEND), "lumend-import")
 VALIDATOR = os.path.normpath(os.path.join(HERE, "../../clients/web/node_modules/gltf-validator"))
 NODE = os.environ.get("LUMEND_NODE")
-SANITIZE = os.environ.get("LUMEND_SANITIZE", "")
 PIXELS = "gIAA/////wAAgID/QEDA/w=="  # 2 x 2 texels RGBA, one of them clear
 
 # A record of every kind, and of every kind of light; what glTF has words for, and what it has none for.

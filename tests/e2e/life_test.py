@@ -7,10 +7,9 @@ import signal
 import socket
 import subprocess
 import tempfile
-import time
 import unittest
 
-from daemon import LUMEND, Daemon
+from daemon import LUMEND, Daemon, eventually
 from wsclient import BINARY, WAIT_S, WebSocket
 
 
@@ -21,14 +20,6 @@ UPGRADE = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Key":
 def run(*arguments, environment=None):
     return subprocess.run([LUMEND, *arguments], capture_output=True, text=True, timeout=2 * WAIT_S, check=False,
                           env={**os.environ, **(environment or {})})
-
-
-def eventually(condition, what):
-    """A hang must not hang the suite."""
-    end_s = time.monotonic() + WAIT_S
-    while not condition():
-        if time.monotonic() > end_s:
-            raise AssertionError(f"not in {WAIT_S} s: {what}")
 
 
 STOP_S = 15  # what is promised is 5 s for such a peer; TimeoutStopSec of the unit is 30

@@ -1,6 +1,6 @@
 """--state: what was answered is there again, after any end.
 
-LUMEND_KILLS=N kills the daemon N times under load instead of 20, LUMEND_HOURS=N has ten clients edit for N hours instead of
+LUMEND_KILLS=N kills the daemon N times under load instead of 20 (sanitizers: 10), LUMEND_HOURS=N has ten clients edit for N hours instead of
 one; LUMEND_SEED=N chooses other moments, edits and ends.
 """
 import collections
@@ -17,11 +17,11 @@ import threading
 import time
 import unittest
 
-from daemon import LUMEND, Daemon
+from daemon import LUMEND, SANITIZE, Daemon
 from wsclient import LAST_TILE, WAIT_S, Closed, RpcError, tile_header
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-KILLS = int(os.environ.get("LUMEND_KILLS", "20"))
+KILLS = int(os.environ.get("LUMEND_KILLS", "10" if SANITIZE else "20"))
 SEED = int(os.environ.get("LUMEND_SEED", "7"))
 HOURS = int(os.environ.get("LUMEND_HOURS", "1"))
 CLIENTS = 4
@@ -597,4 +597,5 @@ class ExportFile(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    # The commands have one thread.
+    unittest.main(defaultTest=["Kill", "Restart"] if "thread" in SANITIZE else None)

@@ -49,10 +49,13 @@ export async function edit(action, spp = 2) {
 /** Numbers that the line of a lamp shows. */
 export const numbers = (id, ...labels) => Promise.all(labels.map(async (label) => Number(await field(page, id, label).inputValue())));
 
+/** Pictures rest soon, or the daemon would compute all the time that the page leaves it: as those of room.jsonl do. */
+const FEW_SAMPLES = '{"op": "set", "id": "render", "path": "/spp", "value": 12}';
+
 /** A file of ops, as a scene. */
 export function sceneFile(ops) {
     const file = join(mkdtempSync(join(tmpdir(), 'lumend-e2e-')), 'scene.jsonl');
-    writeFileSync(file, ['{"lumend": 1, "kind": "scene"}', ...ops, ''].join('\n'));
+    writeFileSync(file, ['{"lumend": 1, "kind": "scene"}', FEW_SAMPLES, ...ops, ''].join('\n'));
     return file;
 }
 
