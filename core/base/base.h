@@ -11,6 +11,10 @@
 
 #define LUM_ID_MAX 64 /* bytes of a stable string id, without the terminating 0 */
 #define LUM_ARRAY_LEN(a) (sizeof(a) / sizeof((a)[0]))
+static inline uint32_t lum_min_u32(uint32_t a, uint32_t b)
+{
+    return a < b ? a : b;
+}
 #define LUM_CACHE_LINE 64 /* bytes, of x86-64 processors: what two threads write lies on different ones */
 
 /* A reference count. Objects that carry one are immutable once shared. */

@@ -173,11 +173,13 @@ static void trace_far(struct update *u)
     b->rays.n = 0;
 }
 
-/* Algorithm 1, lines 16 and 17: a ray that was in shadow, and that nothing hits which moved. */
+/* Algorithm 1, lines 16 and 17: a ray that was in shadow, and that nothing hits which moved. With panes who sees a VPL
+ * is not all: what may cross something that moved, or crossed it, is traced anew. */
 static void test_boxes(struct update *u, uint32_t record, float *term, struct lum_vec3 from, struct lum_vec3 target)
 {
+    const struct lum_motion *motion = &u->since->motion;
     u->n_boxes++;
-    if (!lum_motion_met(&u->since->motion, from, target))
+    if (!(u->job->cache->key.panes ? lum_motion_meets : lum_motion_met)(motion, from, target))
         return;
     if (u->far.rays.n == LUM_RAY_BATCH)
         trace_far(u);
@@ -206,18 +208,6 @@ static void trace_near(struct update *u)
     b->rays.n = 0;
 }
 
-/* With panes who sees a VPL is not all: what may cross something that moved, or crossed it, is traced anew. */
-static void test_both_boxes(struct update *u, uint32_t record, float *term, struct lum_vec3 from,
-                            struct lum_vec3 target)
-{
-    u->n_boxes++;
-    if (!lum_motion_meets(&u->since->motion, from, target))
-        return;
-    if (u->far.rays.n == LUM_RAY_BATCH)
-        trace_far(u);
-    push(&u->far, record, term, from, target);
-}
-
 /* The rays of all records to one VPL that did not move. */
 static void test_vpl(struct update *u, uint32_t k)
 {
@@ -231,7 +221,7 @@ static void test_vpl(struct update *u, uint32_t k)
         if (*term == 0.0f || lum_dot(d, d) < LUM_VPL_TOUCHING * LUM_VPL_TOUCHING)
             continue;
         if (u->job->cache->key.panes) {
-            test_both_boxes(u, i, term, from, target);
+            test_boxes(u, i, term, from, target);
             continue;
         }
         if (!u->movers) {

@@ -93,11 +93,6 @@ static struct lum_receiver receiver_of(const struct lum_cache_record *r)
 
 /* ---- which VPLs a record sees ---- */
 
-static uint32_t least_of(uint32_t a, uint32_t b)
-{
-    return a < b ? a : b;
-}
-
 /* Rays under way, of several records. About 10 KiB: lives on a worker's stack. */
 struct seeing {
     const struct lum_cache_job *job;
@@ -264,7 +259,7 @@ static void build(const struct lum_cache_job *job)
     s.job = job;
     s.rays.n = 0;
     for (uint32_t first = 0; first < job->n; first += LUM_PROXIMITY_POINTS) {
-        uint32_t n = least_of(job->n - first, LUM_PROXIMITY_POINTS);
+        uint32_t n = lum_min_u32(job->n - first, LUM_PROXIMITY_POINTS);
         struct live_record *records[LUM_PROXIMITY_POINTS];
         float proximity[LUM_PROXIMITY_POINTS];
         for (uint32_t i = 0; i < n; i++)
@@ -358,7 +353,7 @@ static void refresh(const struct lum_cache_job *job)
     s.job = job;
     s.rays.n = 0;
     for (uint32_t first = 0; first < job->n; first += LUM_PROXIMITY_POINTS)
-        refresh_some(&s, job->records + first, least_of(job->n - first, LUM_PROXIMITY_POINTS));
+        refresh_some(&s, job->records + first, lum_min_u32(job->n - first, LUM_PROXIMITY_POINTS));
     trace_rays(&s);
     for (uint32_t i = 0; i < job->n; i++) /* nobody will find the removed ones again */
         add_up(job, job->records[i]);

@@ -31,7 +31,7 @@ static struct lum_ggx_albedo of(struct albedo e)
     return (struct lum_ggx_albedo){e.a - e.b, e.b};
 }
 
-/* Mean over facets seen from o, at the middles of a grid of the samples that lum_brushed_sample_visible takes. */
+/* Mean over microfacets seen from o, at the middles of a grid of the samples that lum_brushed_sample_visible takes. */
 static struct albedo integrate(struct lum_vec3 o, struct lum_vec2 alpha)
 {
     struct albedo sum = {0};
@@ -72,7 +72,7 @@ static struct albedo around_at(const struct by_alpha *t, float cos)
     return mix(t->around[c.i], t->around[c.i + 1], c.w);
 }
 
-/* Means are of what is interpolated, so that what several facets reflect adds up to what one does not. */
+/* Means are of what is interpolated, so that what several microfacets reflect adds up to what one does not. */
 static void add_means(struct by_alpha *t)
 {
     enum { STEPS = 64 };

@@ -1,5 +1,5 @@
-/* The GGX distribution where facets lean farther one way than across (brushed metal, KHR_materials_anisotropy): alpha.x
- * along the local x axis, alpha.y along y. With both alike these are the functions of ggx.h.
+/* The GGX distribution where microfacets lean farther one way than across (brushed metal, KHR_materials_anisotropy):
+ * alpha.x along the local x axis, alpha.y along y. With both alike these are the functions of ggx.h.
  *
  * D: Burley 2012, section B.2, eq. 13. Smith's shadowing depends on the azimuth by the roughness seen from there: Heitz
  * 2014, eq. 80 and 86. Cosines enter squared or as absolute values where the comment says so. */
@@ -17,7 +17,7 @@ static inline float lum_brushed_along(float alpha, float strength)
     return alpha * (1.0f - w) + w;
 }
 
-/* Density of facet normals h (unit, h.z >= 0). */
+/* Density of microfacet normals h (unit, h.z >= 0). */
 static inline float lum_brushed_d(struct lum_vec3 h, struct lum_vec2 alpha)
 {
     float a2 = alpha.x * alpha.y, x = h.x * alpha.y, y = h.y * alpha.x, z = h.z * a2;
@@ -55,9 +55,9 @@ static inline struct lum_vec3 lum_brushed_sample_visible(struct lum_vec3 o, stru
     return lum_normalize(lum_v3(c.x * alpha.x, c.y * alpha.y, lum_max(c.z, 0.0f)));
 }
 
-/* What such facets reflect of light that meets one of them: struct lum_ggx_albedo by strength, roughness across, cosine
- * and azimuth. A table, made by quadrature: the isotropic one is off by up to 0.4. Interpolated, within
- * 0.02 of the albedo, 0.003 on average. Immutable, shared. */
+/* What such microfacets reflect of light that meets one of them: struct lum_ggx_albedo by strength, roughness across,
+ * cosine and azimuth. A table, made by quadrature: the isotropic one is off by up to 0.4. Interpolated, within 0.02 of
+ * the albedo, 0.003 on average. Immutable, shared. */
 struct lum_brushed_table;
 /* alpha: across. 0 or more: for that alone; else for all, where a texture says it. So with strength. NULL: no memory.
  */

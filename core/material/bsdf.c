@@ -1,6 +1,6 @@
 /* Evaluation and sampling of the BSDF. Local directions: z is the shading normal, wo is above.
  *
- * Sampling: what is cosine-shaped (base, multiple scattering) with probability diffuse_prob, else a facet of the
+ * Sampling: what is cosine-shaped (base, multiple scattering) with probability diffuse_prob, else a microfacet of the
  * interface, which then reflects or transmits in proportion to what it does there. lum_bsdf_eval gives the pdf of the
  * whole mixture, so that every sampled weight is f |cos| / pdf by construction. */
 #include "core/material/bsdf.h"
@@ -39,8 +39,8 @@ float lum_fresnel_dielectric(float cos_i, float eta)
     return lum_min(0.5f * (s * s + p * p), 1.0f);
 }
 
-/* What a facet reflects and transmits of light that meets it at cosine c. */
-struct facet {
+/* What a microfacet reflects and transmits of light that meets it at cosine c. */
+struct microfacet {
     struct lum_rgb reflect, transmit;
     float reflect_prob; /* of the two; -1: it does neither */
 };
@@ -59,10 +59,10 @@ void lum_glass_sheet(struct lum_rgb r, struct lum_rgb tint, struct lum_rgb *ret_
     *ret_down = lum_rgb(down[0], down[1], down[2]);
 }
 
-static struct facet facet_at(const struct lum_bsdf *b, float c)
+static struct microfacet microfacet_at(const struct lum_bsdf *b, float c)
 {
     float m = 1.0f - lum_min(c, 1.0f), schlick = m * m * m * m * m;
-    struct facet f = {.reflect = lum_rgb_add(lum_rgb_scale(b->f0, 1.0f - schlick), lum_grey(b->f90 * schlick))};
+    struct microfacet f = {.reflect = lum_rgb_add(lum_rgb_scale(b->f0, 1.0f - schlick), lum_grey(b->f90 * schlick))};
     if (b->glass > 0.0f) {
         /* The exact Fresnel, stretched to run from f0 to f90 as Schlick's does. All is reflected beyond the critical
          * angle. */
@@ -145,14 +145,14 @@ static float even_mean_below(const struct lum_bsdf *b)
 
 #define MEAN_COS 0.6667f /* of even light */
 
-/* Even in wi exactly: no coat over the base, and nothing that met several facets. */
+/* Even in wi exactly: no coat over the base, and nothing that met several microfacets. */
 static bool is_matte(const struct lum_bsdf *b)
 {
     return b->coat[1] == 0.0f && b->coat[2] == 0.0f && lum_rgb_black(b->multi);
 }
 
-/* What is even in wi but for how much of it gets through: the base under its coat, and light from several facets. e: of
- * facets from there, unless it is matte. */
+/* What is even in wi but for how much of it gets through: the base under its coat, and light from several microfacets.
+ * e: of microfacets from there, unless it is matte. */
 static struct lum_rgb even_at(const struct lum_bsdf *b, float cos_i, struct lum_ggx_albedo e)
 {
     struct lum_rgb base = b->diffuse, multi = lum_grey(0.0f);
@@ -200,17 +200,17 @@ struct lum_rgb lum_bsdf_straight(const struct lum_bsdf *b, struct lum_vec3 wo)
     if (!b->straight || lum_dot(b->ng, b->ng) == 0.0f)
         return lum_grey(0.0f);
     float cos_o = lum_dot(wo, b->frame.n);
-    struct lum_rgb through = facet_at(b, cos_o).transmit;
+    struct lum_rgb through = microfacet_at(b, cos_o).transmit;
     return is_covered(b) ? lum_rgb_scale(through, left_below(b, cos_o)) : through;
 }
 
-/* Scattering at facets that reflect o to i; i is above. Also serves thin transmission, with i mirrored. pdf: given that
- * a facet was chosen. */
+/* Scattering at microfacets that reflect o to i; i is above. Also serves thin transmission, with i mirrored. pdf: given
+ * that a microfacet was chosen. */
 static struct lum_rgb eval_reflected(const struct lum_bsdf *b, struct lum_vec3 o, struct lum_vec3 i, bool transmitted,
                                      float *ret_pdf)
 {
     struct lum_vec3 h = lum_normalize(lum_v3_add(o, i));
-    struct facet f = facet_at(b, lum_dot(o, h));
+    struct microfacet f = microfacet_at(b, lum_dot(o, h));
     if (f.reflect_prob < 0.0f)
         return lum_grey(0.0f);
     float d = 0.25f * facet_density(b, h);
@@ -219,7 +219,7 @@ static struct lum_rgb eval_reflected(const struct lum_bsdf *b, struct lum_vec3 o
     return lum_rgb_scale(transmitted ? f.transmit : f.reflect, d * seen_by_both(b, o, i) * i.z);
 }
 
-/* Thin rough glass; i is below. What met several facets is drawn like what met one, whose tails reach as far. */
+/* Thin rough glass; i is below. What met several microfacets is drawn like what met one, whose tails reach as far. */
 static struct lum_rgb eval_through_sheet(const struct lum_bsdf *b, struct lum_vec3 o, struct lum_vec3 i, float *ret_pdf)
 {
     struct lum_rgb once = eval_reflected(b, o, lum_v3(i.x, i.y, -i.z), true, ret_pdf);
@@ -241,7 +241,7 @@ static struct lum_rgb eval_refracted(const struct lum_bsdf *b, struct lum_vec3 o
     float c_o = lum_dot(o, h), c_i = -lum_dot(i, h);
     if (!(c_o > 0.0f && c_i > 0.0f))
         return lum_grey(0.0f);
-    struct facet f = facet_at(b, c_o);
+    struct microfacet f = microfacet_at(b, c_o);
     if (f.reflect_prob < 0.0f)
         return lum_grey(0.0f);
     float jacobian = c_i / (length * length); /* dh / di */
@@ -307,8 +307,8 @@ static void eval_metal_and_coat(const struct lum_bsdf *b, struct lum_vec3 wo, ui
         pdf[k] = open > 0.0f ? d * g1 : 0.0f;
     }
     for (uint32_t k = 0; k < n; k++) {
-        struct lum_rgb facet = lum_rgb_add(lum_rgb_scale(b->f0, 1.0f - schlick[k]), lum_grey(b->f90 * schlick[k]));
-        ret_gloss[k] = lum_rgb_scale(facet, f[k]);
+        struct lum_rgb microfacet = lum_rgb_add(lum_rgb_scale(b->f0, 1.0f - schlick[k]), lum_grey(b->f90 * schlick[k]));
+        ret_gloss[k] = lum_rgb_scale(microfacet, f[k]);
         ret_pdf_sa[k] = pdf[k];
     }
 }
@@ -367,7 +367,7 @@ struct lum_rgb lum_bsdf_gloss_albedo(const struct lum_bsdf *b, struct lum_vec3 w
     return lum_rgb_add(lum_rgb_scale(below, even_mean_below(b)), lum_grey(lum_clearcoat_gloss_albedo(b, wo)));
 }
 
-/* A facet's transmittance falls as Schlick's reflectance rises, about. */
+/* A microfacet's transmittance falls as Schlick's reflectance rises, about. */
 struct lum_rgb lum_bsdf_haze_albedo(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_rgb *ret_even)
 {
     *ret_even = lum_grey(0.0f);
@@ -376,8 +376,8 @@ struct lum_rgb lum_bsdf_haze_albedo(const struct lum_bsdf *b, struct lum_vec3 wo
     struct lum_ggx_albedo e = lum_bsdf_facet_albedo(b, wo), mean = lum_bsdf_facet_albedo_mean(b);
     float left = is_covered(b) ? left_below(b, MEAN_COS) : 1.0f;
     *ret_even = lum_rgb_scale(b->multi_far, lum_max(1.0f - (mean.scale + mean.bias), 0.0f) * left);
-    return lum_rgb_add(lum_rgb_scale(facet_at(b, 1.0f).transmit, e.scale * left),
-                       lum_rgb_scale(facet_at(b, 0.0f).transmit, e.bias * left));
+    return lum_rgb_add(lum_rgb_scale(microfacet_at(b, 1.0f).transmit, e.scale * left),
+                       lum_rgb_scale(microfacet_at(b, 0.0f).transmit, e.bias * left));
 }
 
 struct lum_gloss_lobe lum_bsdf_gloss_lobe(const struct lum_bsdf *b, struct lum_vec3 wo)
@@ -394,8 +394,8 @@ static struct lum_rgb divide(struct lum_rgb c, float by)
     return lum_rgb(c.r / by, c.g / by, c.b / by);
 }
 
-/* A sample of a lobe with spread, weighted by the whole mixture. What a tilted facet sends to the wrong side of the
- * surface would hit the next facet: it is lost, as in the pdf. */
+/* A sample of a lobe with spread, weighted by the whole mixture. What a tilted microfacet sends to the wrong side of
+ * the surface would hit the next microfacet: it is lost, as in the pdf. */
 static bool finish_spread(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 i, enum lum_lobe lobe,
                           struct lum_bsdf_sample *ret_sample)
 {
@@ -421,13 +421,13 @@ static bool sample_matte(const struct lum_bsdf *b, struct lum_vec3 i, struct lum
     return true;
 }
 
-/* Mirror direction of o at facet h, local. */
+/* Mirror direction of o at microfacet h, local. */
 static struct lum_vec3 mirrored(struct lum_vec3 o, struct lum_vec3 h, float cos_o)
 {
     return lum_v3_sub(lum_v3_mul(h, 2.0f * cos_o), o);
 }
 
-/* Refracted direction; the facet transmits, so cos_t exists. */
+/* Refracted direction; the microfacet transmits, so cos_t exists. */
 static struct lum_vec3 refracted(struct lum_vec3 o, struct lum_vec3 h, float cos_o, float eta)
 {
     float cos_t = sqrtf(lum_max(1.0f - eta * eta * (1.0f - cos_o * cos_o), 0.0f));
@@ -491,7 +491,7 @@ static bool sample_clearcoat(const struct lum_bsdf *b, struct lum_vec3 wo, struc
     return true;
 }
 
-/* Of a facet that is seen from o. */
+/* Of a microfacet that is seen from o. */
 static struct lum_vec3 facet_normal(const struct lum_bsdf *b, struct lum_vec3 o, struct lum_vec2 u)
 {
     if (b->brushed)
@@ -534,7 +534,7 @@ bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_ve
     float cos_o = lum_dot(o, h);
     if (!(cos_o > 0.0f))
         return false;
-    struct facet f = facet_at(b, cos_o);
+    struct microfacet f = microfacet_at(b, cos_o);
     if (u_lobe < f.reflect_prob) { /* the weights are of delta lobes; those with spread have their own */
         struct lum_rgb weight = divide(f.reflect, facet_prob * f.reflect_prob);
         return dim_delta(b, sample_reflection(b, wo, mirrored(o, h, cos_o), weight, ret_sample), ret_sample);
@@ -569,7 +569,7 @@ uint32_t lum_bsdf_delta_lobes(const struct lum_bsdf *b, struct lum_vec3 wo, stru
         return 0;
     const struct lum_vec3 h = lum_v3(0.0f, 0.0f, 1.0f);
     struct lum_vec3 o = lum_frame_to_local(&b->frame, wo);
-    struct facet f = facet_at(b, o.z);
+    struct microfacet f = microfacet_at(b, o.z);
     uint32_t n = 0;
     if (b->alpha == 0.0f && !lum_rgb_black(f.reflect))
         n += sample_reflection(b, wo, mirrored(o, h, o.z), f.reflect, &ret_lobes[n]);

@@ -9,7 +9,7 @@
  * leaks, else). Transmission is of radiance: it includes eta^2. */
 struct lum_rgb lum_bsdf_eval(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi, float *ret_pdf_sa);
 
-/* The same in two parts: of the cosine-shaped lobes (diffuse base, light from several facets), and the rest. */
+/* The same in two parts: of the cosine-shaped lobes (diffuse base, light from several microfacets), and the rest. */
 struct lum_bsdf_value {
     struct lum_rgb diffuse, gloss;
     float pdf_sa;       /* of the whole mixture */
@@ -41,7 +41,7 @@ struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i);
 /* What the cosine-shaped lobes send towards wo under even light from everywhere above: integral of their f |cos|. */
 struct lum_rgb lum_bsdf_diffuse_albedo(const struct lum_bsdf *b);
 
-/* What of light that arrives from w, above or below, facets send on that it meets first; and the mean of that. */
+/* What of light that arrives from w, above or below, microfacets send on that it meets first; and the mean of that. */
 struct lum_ggx_albedo lum_bsdf_facet_albedo(const struct lum_bsdf *b, struct lum_vec3 w);
 struct lum_ggx_albedo lum_bsdf_facet_albedo_mean(const struct lum_bsdf *b);
 
@@ -80,7 +80,7 @@ uint32_t lum_bsdf_delta_lobes(const struct lum_bsdf *b, struct lum_vec3 wo, stru
 /* What is left of light that goes straight on through the surface to wo: of a pane its delta lobe's weight, else 0. */
 struct lum_rgb lum_bsdf_straight(const struct lum_bsdf *b, struct lum_vec3 wo);
 
-/* What thin rough glass lets through of light from wo: by one facet, and evenly by several. Black of any other. */
+/* What thin rough glass lets through of light from wo: by one microfacet, and evenly by several. Black of any other. */
 struct lum_rgb lum_bsdf_haze_albedo(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_rgb *ret_even);
 
 /* Rough albedo for AOVs and demodulation: base, reflectance at normal incidence, tint of transmission. At most 1. */

@@ -4,7 +4,7 @@
  * mix of a metal, of a dielectric coat over a diffuse base, and of glass. roughness^2 = alpha; alpha below
  * LUM_ALPHA_MIN is a perfect mirror (delta). Reflection is GGX with height-correlated Smith and visible-normal
  * sampling, Fresnel by Schlick; glass has the exact dielectric Fresnel, and refracts as Walter et al. 2007 (a solid) or
- * passes straight on (thin). Facets of what is brushed lean farther along one direction than across (brushed.h,
+ * passes straight on (thin). Microfacets of what is brushed lean farther along one direction than across (brushed.h,
  * KHR_materials_anisotropy). Thin glass has two faces, and what is reflected to and fro between them is in what it
  * reflects and transmits: of clear glass 2 R / (1 + R) and (1 - R) / (1 + R), with R that of a face.
  *
@@ -14,7 +14,7 @@
  *
  * Fuzz (sheen.h) and a clear coat (clearcoat.h) may lie over all of that, in this order.
  *
- * Two deviations. Light that meets several facets is not lost (Kulla & Conty 2017; of all but solid glass).
+ * Two deviations. Light that meets several microfacets is not lost (Kulla & Conty 2017; of all but solid glass).
  * And where glTF dims the diffuse base by 1 - F(v.h), which on smooth surfaces at grazing angles creates up to 0.9 of
  * the incoming energy anew, the base here is dimmed by (1 - E(wo)) (1 - E(wi)) / (1 - mean E), with E the albedo of the
  * coat (Kelemen & Szirmay-Kalos 2001): reciprocal, and coat and base together return what arrives, and no more. */
@@ -74,7 +74,7 @@ struct lum_bsdf {
     struct lum_rgb glass_f0;  /* glass: reflectance at normal incidence */
     float glass_f90;          /* and at grazing and beyond the critical angle */
     float glass;              /* share of the surface that is glass */
-    struct lum_rgb multi;     /* light that met several facets: its albedo, but for wi's factor 1 - a(wi) */
+    struct lum_rgb multi;     /* light that met several microfacets: its albedo, but for wi's factor 1 - a(wi) */
     struct lum_rgb multi_far; /* and what of it thin rough glass lets through */
     float coat[3];      /* coat over the base: 1 - E(wi) = coat[0] - coat[1] scale - coat[2] bias; largest channel */
     float coat_norm;    /* (1 - E(wo)) / (1 - mean E) of the coat: what dims the base, but for wi's factor */
@@ -83,10 +83,11 @@ struct lum_bsdf {
     float diffuse_prob; /* probability that a sample is of the base or of multi: cosine-shaped */
     float far_prob;     /* and of these, that it is of the far side; 0: that was not added */
     float alpha;        /* GGX roughness; 0: delta. Brushed: of even roughness that spreads about as much */
-    struct lum_vec2 spread;                  /* of what is brushed: along frame.t and frame.b */
-    const struct lum_brushed_table *brushed; /* facets lean farther along frame.t than across; NULL: alike all ways */
-    struct lum_brushed_row brushed_row;      /* of that table */
-    struct lum_ggx_row row;                  /* of alpha, where it is alike all ways */
+    struct lum_vec2 spread; /* of what is brushed: along frame.t and frame.b */
+    const struct lum_brushed_table
+        *brushed;                       /* microfacets lean farther along frame.t than across; NULL: alike all ways */
+    struct lum_brushed_row brushed_row; /* of that table */
+    struct lum_ggx_row row;             /* of alpha, where it is alike all ways */
     float eta; /* n on wo's side / n on the other; of what is thin or straight, from outside. 1: no interface */
     struct lum_sheen sheen;
     struct lum_clearcoat clear;

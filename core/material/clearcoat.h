@@ -3,8 +3,8 @@
  *
  * It reflects E(wo) of what arrives, and leaves 1 - E to what lies below. The even part of that is dimmed by (1 -
  * E(wo)) (1 - E(wi)) / mean, as the base is by its own coat: together they return what arrives. What reflects by
- * facets, and glass, is dimmed by the lesser of 1 - E(wo) and 1 - E(wi): reciprocal, never more than arrives, all of it
- * of a mirror, and of a rough metal that is white up to a twentieth less. Emission is not dimmed. Internal to
+ * microfacets, and glass, is dimmed by the lesser of 1 - E(wo) and 1 - E(wi): reciprocal, never more than arrives, all
+ * of it of a mirror, and of a rough metal that is white up to a twentieth less. Emission is not dimmed. Internal to
  * core/material. */
 #ifndef LUM_CORE_MATERIAL_CLEARCOAT_H
 #define LUM_CORE_MATERIAL_CLEARCOAT_H

@@ -11,8 +11,8 @@
 
 #define LUM_ALPHA_MIN 1e-3f /* below: delta lobe (pbrt's threshold, NOTES H18) */
 
-/* Density of facet normals h (unit, h.z >= 0). The denominator is alpha^2 cos^2 + sin^2 with sin^2 taken from x and y:
- * no cancellation near the peak. */
+/* Density of microfacet normals h (unit, h.z >= 0). The denominator is alpha^2 cos^2 + sin^2 with sin^2 taken from x
+ * and y: no cancellation near the peak. */
 static inline float lum_ggx_d(struct lum_vec3 h, float alpha)
 {
     float t = alpha * alpha * h.z * h.z + h.x * h.x + h.y * h.y;
@@ -39,7 +39,7 @@ static inline float lum_ggx_g2_over_cos(float cos_o, float cos_i, float alpha)
     return t > 0.0f ? 2.0f / t : 0.0f;
 }
 
-/* A facet normal with the density of those visible from o: G1(o) max(0, o.h) D(h) / o.z (Dupuy & Benyoub 2023: the
+/* A microfacet normal with the density of those visible from o: G1(o) max(0, o.h) D(h) / o.z (Dupuy & Benyoub 2023: the
  * reflection of a spherical cap). */
 static inline struct lum_vec3 lum_ggx_sample_visible(struct lum_vec3 o, float alpha, struct lum_vec2 u)
 {

@@ -274,7 +274,7 @@ static struct shares init_lobes(struct lum_bsdf *b, const struct lum_material *m
     return (struct shares){metal, coated, base};
 }
 
-/* Fresnel reflectance of light that met two or more facets, from the mean reflectance and the mean albedo a of one
+/* Fresnel reflectance of light that met two or more microfacets, from the mean reflectance and the mean albedo a of one
  * meeting (Kulla & Conty 2017). 1 / 21: mean of Schlick's (1 - c)^5. */
 static float multiple_fresnel(float f0, float f90, float a)
 {
@@ -287,7 +287,8 @@ static struct lum_rgb multiple_fresnel_rgb(struct lum_rgb f0, float f90, float a
     return lum_rgb(multiple_fresnel(f0.r, f90, a), multiple_fresnel(f0.g, f90, a), multiple_fresnel(f0.b, f90, a));
 }
 
-/* Of thin glass both sides get of it what a facet reflects and transmits on average. scale: (1 - a(wo)) over its mean.
+/* Of thin glass both sides get of it what a microfacet reflects and transmits on average. scale: (1 - a(wo)) over its
+ * mean.
  */
 static void add_glass_multi(struct lum_bsdf *b, struct lum_rgb tint, float scale, float a)
 {
@@ -300,7 +301,7 @@ static void add_glass_multi(struct lum_bsdf *b, struct lum_rgb tint, float scale
                                f.b * a / (1.0f - f.b * (1.0f - a)));
     k = lum_rgb_scale(k, b->glass * scale);
     b->multi = lum_rgb_add(b->multi, lum_rgb_mul(up, k));
-    if (b->brushed) /* facets across are too sharp to draw it by, so it stays on this side */
+    if (b->brushed) /* microfacets across are too sharp to draw it by, so it stays on this side */
         b->multi = lum_rgb_add(b->multi, lum_rgb_mul(down, k));
     else
         b->multi_far = lum_rgb_mul(down, k);

@@ -58,7 +58,7 @@ struct lum_material {
  * this depends on the material alone. */
 bool lum_material_is_specular(const struct lum_material *m);
 
-/* True when facets lean farther one way than across: of such a surface lum_surface has the tangent. */
+/* True when microfacets lean farther one way than across: of such a surface lum_surface has the tangent. */
 static inline bool lum_material_is_brushed(const struct lum_material *m)
 {
     return m->brushed != NULL;

@@ -47,10 +47,11 @@ static const float albedo_table[ROUGHNESS_NODES][COS_NODES] = {
 };
 /* clang-format on */
 
-float lum_sheen_table(float roughness, float cos_o)
+/* Directional albedo of a white one. Interpolated, within 0.01. */
+static float white_albedo(float roughness, float cos_o)
 {
     float r = lum_clamp(15.0f * roughness - 4.0f, 0.0f, ROUGHNESS_NODES - 1.0f);
-    float c = sqrtf(lum_clamp(cos_o, 0.0f, 1.0f)) * (COS_NODES - 1);
+    float c = sqrtf(lum_clamp01(cos_o)) * (COS_NODES - 1);
     uint32_t j = (uint32_t)r < ROUGHNESS_NODES - 1 ? (uint32_t)r : ROUGHNESS_NODES - 2;
     uint32_t i = (uint32_t)c < COS_NODES - 1 ? (uint32_t)c : COS_NODES - 2;
     float v = r - (float)j, u = c - (float)i;
@@ -100,7 +101,7 @@ static float eval(float alpha, struct lum_vec3 o, struct lum_vec3 i)
 
 float lum_sheen_through(const struct lum_bsdf *b, float cos)
 {
-    return 1.0f - b->sheen.weight * (b->sheen.weight > 0.0f ? lum_sheen_table(b->sheen.roughness, fabsf(cos)) : 0.0f);
+    return 1.0f - b->sheen.weight * (b->sheen.weight > 0.0f ? white_albedo(b->sheen.roughness, fabsf(cos)) : 0.0f);
 }
 
 /* Mean of what it lets through of light that the base's coat lets through. At midpoints,
@@ -140,7 +141,7 @@ struct lum_rgb lum_bsdf_sheen_albedo(const struct lum_bsdf *b, struct lum_vec3 w
 {
     if (!(b->sheen.weight > 0.0f))
         return lum_grey(0.0f);
-    float albedo = lum_sheen_table(b->sheen.roughness, fabsf(lum_dot(wo, b->frame.n)));
+    float albedo = white_albedo(b->sheen.roughness, fabsf(lum_dot(wo, b->frame.n)));
     return lum_rgb_scale(b->sheen.color, b->clear.weight > 0.0f ? albedo * b->clear.left : albedo);
 }
 

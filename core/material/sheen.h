@@ -25,7 +25,4 @@ float lum_sheen_through(const struct lum_bsdf *b, float cos);
 void lum_sheen_add(const struct lum_bsdf *b, struct lum_vec3 o, struct lum_vec3 i, bool above,
                    struct lum_bsdf_value *inout_value);
 
-/* Directional albedo of a white one. Interpolated from a table, within 0.01. */
-float lum_sheen_table(float roughness, float cos_o);
-
 #endif

@@ -21,6 +21,10 @@ static inline struct lum_vec3d lum_v3d_mad(struct lum_vec3d a, struct lum_vec3d 
 {
     return (struct lum_vec3d){a.x + b.x * s, a.y + b.y * s, a.z + b.z * s};
 }
+static inline bool lum_v3d_within(struct lum_vec3d a, double limit)
+{
+    return fabs(a.x) <= limit && fabs(a.y) <= limit && fabs(a.z) <= limit;
+}
 static inline double lum_v3d_dot(struct lum_vec3d a, struct lum_vec3d b)
 {
     return a.x * b.x + a.y * b.y + a.z * b.z;

@@ -5,7 +5,7 @@
 
 #include "core/math/warp.h"
 
-/* The effect that the cosine-shaped lobe counts as: of a metal it is light from several facets. */
+/* The effect that the cosine-shaped lobe counts as: of a metal it is light from several microfacets. */
 static uint32_t cosine_effect(const struct lum_bsdf *b)
 {
     bool matte = !lum_rgb_black(b->diffuse) || b->far_prob > 0.0f;

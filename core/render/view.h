@@ -82,18 +82,14 @@ struct lum_pick {
 void lum_pick_at(const struct lum_snapshot *snapshot, const struct lum_camera *camera, uint32_t w, uint32_t h, double x,
                  double y, struct lum_pick *ret_pick);
 
-/* Illuminance at a point by path tracing n_samples, split over the pool: direct and indirect, with standard error. */
+/* Illuminance at a point by path tracing n_samples, split over the pool: direct and indirect, with standard error. In
+ * slices that a caller fits between other work: what comes out does not depend on how they are cut. */
 struct lum_probe {
     double illuminance_lx, stderr_lx;
     struct lum_rgb irradiance;
 };
-enum lum_status lum_probe_at(struct lum_pool *pool, const struct lum_snapshot *snapshot, struct lum_vec3d point_world,
-                             struct lum_vec3 normal, uint32_t n_samples, uint32_t seed, struct lum_probe *ret_probe,
-                             uint64_t *ret_rays, struct lum_error *err);
-
-/* The same in slices that a caller fits between other work. What comes out does not depend on how they are cut. */
 struct lum_probing;
-/* Holds the snapshot. Errors as of lum_probe_at. */
+/* Holds the snapshot. The point is to be finite and near the scene, the normal finite and not zero. */
 LUM_MUST_USE enum lum_status lum_probing_create(const struct lum_snapshot *snapshot, struct lum_vec3d point_world,
                                                 struct lum_vec3 normal, uint32_t n_samples, uint32_t seed,
                                                 struct lum_probing **ret_probing, struct lum_error *err);

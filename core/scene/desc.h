@@ -42,6 +42,18 @@ struct lum_texture_desc {
 
 enum lum_alpha_mode { LUM_ALPHA_OPAQUE, LUM_ALPHA_MASK, LUM_ALPHA_BLEND };
 
+/* The textures of a material: X(SLOT, name) stands for the member name_texture, and name_tex of struct lum_material. */
+#define LUM_TEXTURES(X)                                                                                                \
+    X(BASE_COLOR, base_color)                                                                                          \
+    X(METALLIC_ROUGHNESS, metallic_roughness)                                                                          \
+    X(EMISSION, emission)                                                                                              \
+    X(NORMAL, normal)                                                                                                  \
+    X(ANISOTROPY, anisotropy)                                                                                          \
+    X(CLEARCOAT, clearcoat)                                                                                            \
+    X(CLEARCOAT_ROUGHNESS, clearcoat_roughness)                                                                        \
+    X(CLEARCOAT_NORMAL, clearcoat_normal)
+#define LUM_TEXTURE_FIELD(SLOT, name) #name "_texture",
+
 /* The glTF 2.0 metal-roughness model with its dielectric extensions. */
 struct lum_material_desc {
     struct lum_rgb base_color; /* 0..1 linear */

@@ -73,7 +73,7 @@ static enum lum_status check_web(const struct lum_light_desc *d, struct lum_erro
 {
     if (!d->web)
         return lum_fail(err, LUM_ERR_INVALID, "web", "an ies light needs a web");
-    enum lum_status status = lum_check_vec("u", d->u, LUM_LENGTH_MAX, err);
+    enum lum_status status = lum_check_vec("u", d->u, err);
     if (status == LUM_OK && !(lum_v3d_length(lum_v3d_cross(d->u, d->direction)) >
                               1e-6 * lum_v3d_length(d->u) * lum_v3d_length(d->direction)))
         return lum_fail(err, LUM_ERR_INVALID, "u", "must not be along the direction");
@@ -136,9 +136,9 @@ const struct lum_light_kind_row lum_light_kind_ies = {.emitter = &lum_emitter_po
 
 static enum lum_status check_edges(const struct lum_light_desc *d, struct lum_error *err)
 {
-    enum lum_status status = lum_check_vec("u", d->u, LUM_LENGTH_MAX, err);
+    enum lum_status status = lum_check_vec("u", d->u, err);
     if (status == LUM_OK)
-        status = lum_check_vec("v", d->v, LUM_LENGTH_MAX, err);
+        status = lum_check_vec("v", d->v, err);
     /* the sine of the angle between the edges: below, the area and the normal are mostly rounding */
     if (status == LUM_OK &&
         !(lum_v3d_length(lum_v3d_cross(d->u, d->v)) > 1e-6 * lum_v3d_length(d->u) * lum_v3d_length(d->v)))
@@ -309,9 +309,9 @@ enum lum_status lum_light_kind_check(const struct lum_light_desc *d, struct lum_
     const struct lum_light_kind_row *row = d->kind;
     enum lum_status status = LUM_OK;
     if (!from_afar(row))
-        status = lum_check_vec("position", d->position, LUM_LENGTH_MAX, err);
+        status = lum_check_vec("position", d->position, err);
     if (status == LUM_OK && row->aimed) {
-        status = lum_check_vec("direction", d->direction, LUM_LENGTH_MAX, err);
+        status = lum_check_vec("direction", d->direction, err);
         if (status == LUM_OK && !(lum_v3d_length(d->direction) > 0.0))
             return lum_fail(err, LUM_ERR_INVALID, "direction", "must not be the zero vector");
     }

@@ -49,11 +49,6 @@ static struct lum_vec3d given_position(const struct lum_mesh_desc *d, uint32_t i
                               (double)d->positions_f[3 * (size_t)i + 2]};
 }
 
-static bool in_range(struct lum_vec3d p)
-{
-    return fabs(p.x) <= LUM_LENGTH_MAX && fabs(p.y) <= LUM_LENGTH_MAX && fabs(p.z) <= LUM_LENGTH_MAX;
-}
-
 /* Is a component of cross(b - a, c - a) at least that large? Not denormal, which threads may read as 0. */
 static bool has_area(const struct lum_vec3d p[3], double least)
 {
@@ -71,7 +66,7 @@ static bool triangle_usable(const struct lum_mesh_desc *d, const uint32_t *t)
     struct lum_vec3d p[3];
     for (int k = 0; k < 3; k++) {
         p[k] = given_position(d, t[k]);
-        if (!in_range(p[k]))
+        if (!lum_v3d_within(p[k], LUM_LENGTH_MAX))
             return false;
     }
     return d->deforming || has_area(p, DBL_MIN);

@@ -77,14 +77,8 @@ static enum lum_status check_material(const struct lum_material_desc *d, struct 
 
 static struct lum_texture_desc *texture_slot(struct lum_material_desc *d, int slot)
 {
-    struct lum_texture_desc *const slots[LUM_SLOT_COUNT] = {&d->base_color_texture,
-                                                            &d->metallic_roughness_texture,
-                                                            &d->emission_texture,
-                                                            &d->normal_texture,
-                                                            &d->anisotropy_texture,
-                                                            &d->clearcoat_texture,
-                                                            &d->clearcoat_roughness_texture,
-                                                            &d->clearcoat_normal_texture};
+#define SLOT(SLOT, name) &d->name##_texture,
+    struct lum_texture_desc *const slots[LUM_SLOT_COUNT] = {LUM_TEXTURES(SLOT)};
     return slots[slot];
 }
 
@@ -92,14 +86,7 @@ static struct lum_texture_desc *texture_slot(struct lum_material_desc *d, int sl
 static enum lum_status bind_textures(const struct lum_scene *scene, struct lum_material_desc *d,
                                      struct lum_image_entry *images[LUM_SLOT_COUNT], struct lum_error *err)
 {
-    static const char *const fields[LUM_SLOT_COUNT] = {"base_color_texture",
-                                                       "metallic_roughness_texture",
-                                                       "emission_texture",
-                                                       "normal_texture",
-                                                       "anisotropy_texture",
-                                                       "clearcoat_texture",
-                                                       "clearcoat_roughness_texture",
-                                                       "clearcoat_normal_texture"};
+    static const char *const fields[LUM_SLOT_COUNT] = {LUM_TEXTURES(LUM_TEXTURE_FIELD)};
     for (int i = 0; i < LUM_SLOT_COUNT; i++) {
         struct lum_texture_desc *t = texture_slot(d, i);
         if (!t->image || !t->image[0])
@@ -301,11 +288,11 @@ enum lum_status lum_scene_put_light(struct lum_scene *scene, const char *id, con
 enum lum_status lum_scene_put_camera(struct lum_scene *scene, const char *id, const struct lum_camera *camera,
                                      struct lum_error *err)
 {
-    enum lum_status status = lum_check_vec("position", camera->position, LUM_LENGTH_MAX, err);
+    enum lum_status status = lum_check_vec("position", camera->position, err);
     if (status == LUM_OK)
-        status = lum_check_vec("target", camera->target, LUM_LENGTH_MAX, err);
+        status = lum_check_vec("target", camera->target, err);
     if (status == LUM_OK)
-        status = lum_check_vec("up", camera->up, LUM_LENGTH_MAX, err);
+        status = lum_check_vec("up", camera->up, err);
     if (status == LUM_OK)
         status = lum_check_range("vfov_deg", camera->vfov_deg, 1.0, 179.0, err);
     if (status != LUM_OK)
@@ -331,9 +318,9 @@ enum lum_status lum_scene_put_camera(struct lum_scene *scene, const char *id, co
 
 static enum lum_status check_box(const struct lum_medium_desc *d, struct lum_error *err)
 {
-    enum lum_status status = lum_check_vec("box", d->lo, LUM_LENGTH_MAX, err);
+    enum lum_status status = lum_check_vec("box", d->lo, err);
     if (status == LUM_OK)
-        status = lum_check_vec("box", d->hi, LUM_LENGTH_MAX, err);
+        status = lum_check_vec("box", d->hi, err);
     if (status == LUM_OK && !(d->lo.x < d->hi.x && d->lo.y < d->hi.y && d->lo.z < d->hi.z))
         return lum_fail(err, LUM_ERR_INVALID, "box", "min must be below max on every axis");
     return status;

@@ -42,16 +42,8 @@ static void resolve_material(struct lum_material *out, const struct lum_material
                              const struct lum_normalisation *norm, bool straight_glass)
 {
     const struct lum_material_desc *d = &entry->desc;
-    resolve_texture(&out->base_color_tex, &d->base_color_texture, entry->images[LUM_SLOT_BASE_COLOR]);
-    resolve_texture(&out->metallic_roughness_tex, &d->metallic_roughness_texture,
-                    entry->images[LUM_SLOT_METALLIC_ROUGHNESS]);
-    resolve_texture(&out->emission_tex, &d->emission_texture, entry->images[LUM_SLOT_EMISSION]);
-    resolve_texture(&out->normal_tex, &d->normal_texture, entry->images[LUM_SLOT_NORMAL]);
-    resolve_texture(&out->anisotropy_tex, &d->anisotropy_texture, entry->images[LUM_SLOT_ANISOTROPY]);
-    resolve_texture(&out->clearcoat_tex, &d->clearcoat_texture, entry->images[LUM_SLOT_CLEARCOAT]);
-    resolve_texture(&out->clearcoat_roughness_tex, &d->clearcoat_roughness_texture,
-                    entry->images[LUM_SLOT_CLEARCOAT_ROUGHNESS]);
-    resolve_texture(&out->clearcoat_normal_tex, &d->clearcoat_normal_texture, entry->images[LUM_SLOT_CLEARCOAT_NORMAL]);
+#define RESOLVE(SLOT, name) resolve_texture(&out->name##_tex, &d->name##_texture, entry->images[LUM_SLOT_##SLOT]);
+    LUM_TEXTURES(RESOLVE)
     out->base_color = d->base_color;
     out->specular_color = d->specular_color;
     out->emission = lum_rgb_scale(d->emission, (float)d->emission_cd_m2);
@@ -112,14 +104,8 @@ void lum_material_part_unref(struct lum_material_part *part)
         return;
     for (uint32_t i = 0; i < part->n; i++) {
         const struct lum_material *m = &part->items[i];
-        lum_image_unref((struct lum_image *)m->base_color_tex.image);
-        lum_image_unref((struct lum_image *)m->metallic_roughness_tex.image);
-        lum_image_unref((struct lum_image *)m->emission_tex.image);
-        lum_image_unref((struct lum_image *)m->normal_tex.image);
-        lum_image_unref((struct lum_image *)m->anisotropy_tex.image);
-        lum_image_unref((struct lum_image *)m->clearcoat_tex.image);
-        lum_image_unref((struct lum_image *)m->clearcoat_roughness_tex.image);
-        lum_image_unref((struct lum_image *)m->clearcoat_normal_tex.image);
+#define UNREF(SLOT, name) lum_image_unref((struct lum_image *)m->name##_tex.image);
+        LUM_TEXTURES(UNREF)
         lum_brushed_table_unref(m->brushed);
     }
     lum_free(part->items);

@@ -5,6 +5,7 @@
 
 #include "core/light/web.h"
 #include "core/material/brushed.h"
+#include "core/math/vec3d.h"
 #include "core/scene/parts.h"
 
 /* ---- tables ---- */
@@ -131,12 +132,12 @@ enum lum_status lum_check_range(const char *field, double value, double lo, doub
     return lum_fail(err, LUM_ERR_INVALID, field, "%s must be from %g to %g, not %g", field, lo, hi, value);
 }
 
-enum lum_status lum_check_vec(const char *field, struct lum_vec3d v, double limit, struct lum_error *err)
+enum lum_status lum_check_vec(const char *field, struct lum_vec3d v, struct lum_error *err)
 {
-    if (fabs(v.x) <= limit && fabs(v.y) <= limit && fabs(v.z) <= limit)
+    if (lum_v3d_within(v, LUM_LENGTH_MAX))
         return LUM_OK;
-    return lum_fail(err, LUM_ERR_INVALID, field, "%s must be finite and at most %g, not (%g, %g, %g)", field, limit,
-                    v.x, v.y, v.z);
+    return lum_fail(err, LUM_ERR_INVALID, field, "%s must be finite and at most %g, not (%g, %g, %g)", field,
+                    LUM_LENGTH_MAX, v.x, v.y, v.z);
 }
 
 enum lum_status lum_check_rgb(const char *field, struct lum_rgb c, float hi, struct lum_error *err)

@@ -31,17 +31,8 @@ struct lum_image_entry {
     struct lum_env_part *env; /* NULL until used as an environment */
 };
 
-enum lum_material_slot {
-    LUM_SLOT_BASE_COLOR,
-    LUM_SLOT_METALLIC_ROUGHNESS,
-    LUM_SLOT_EMISSION,
-    LUM_SLOT_NORMAL,
-    LUM_SLOT_ANISOTROPY,
-    LUM_SLOT_CLEARCOAT,
-    LUM_SLOT_CLEARCOAT_ROUGHNESS,
-    LUM_SLOT_CLEARCOAT_NORMAL,
-    LUM_SLOT_COUNT
-};
+#define LUM_SLOT_MEMBER(SLOT, name) LUM_SLOT_##SLOT,
+enum { LUM_TEXTURES(LUM_SLOT_MEMBER) LUM_SLOT_COUNT };
 struct lum_material_entry {
     struct lum_entry base;
     struct lum_material_desc desc; /* image ids are NULL: see images */
@@ -105,7 +96,7 @@ enum lum_status lum_scene_lookup(const struct lum_scene *scene, enum lum_entity 
 void lum_entry_move_use(void *from, void *to);
 size_t lum_bounded_length(const char *text, size_t limit); /* at most limit; NULL: 0 */
 enum lum_status lum_check_range(const char *field, double value, double lo, double hi, struct lum_error *err);
-enum lum_status lum_check_vec(const char *field, struct lum_vec3d v, double limit, struct lum_error *err);
+enum lum_status lum_check_vec(const char *field, struct lum_vec3d v, struct lum_error *err);
 enum lum_status lum_check_rgb(const char *field, struct lum_rgb c, float hi, struct lum_error *err);
 
 /* Coordinates, lengths and matrix entries: |x| <= this. Far beyond any scene, and its cube is finite in double. */

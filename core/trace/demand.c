@@ -8,9 +8,30 @@
 #define ROW(NAME, name) &lum_effect_##name,
 const struct lum_effect_row *const lum_effect_rows[LUM_EFFECT_COUNT] = {LUM_EFFECTS(ROW)};
 
+static struct lum_sights sights_of(const struct lum_snapshot *s)
+{
+    static const char *const alone[] = {
+        [LUM_FACING_NOTHING] = "no object reflects",
+        [LUM_FACING_FLAT] = "no surface faces another: all lie in one plane",
+        [LUM_FACING_CONVEX] = "no surface faces another: one convex solid, lit from outside",
+        [LUM_FACING_EACH_OTHER] = "nothing shines that it could show",
+    };
+    enum lum_facing facing = lum_surfaces_facing(s);
+    struct lum_sights sights = {.snapshot = s, .lit = s->lights.n_active > 0, .alone = alone[facing]};
+    sights.each_other = sights.lit && facing == LUM_FACING_EACH_OTHER;
+    for (uint32_t a = 0; a < s->lights.n_active; a++)
+        sights.shining = sights.shining || !s->lights.lights[s->lights.active[a]].delta;
+    for (uint32_t i = 0; i < s->n_media && sights.lit; i++)
+        sights.glowing = sights.glowing || !lum_rgb_black(s->media[i].sigma_s);
+    sights.fog = sights.glowing;
+    for (uint32_t i = 0; i < s->n_instances; i++)
+        sights.glowing = sights.glowing || s->materials[s->instances[i].material].unlit;
+    return sights;
+}
+
 void lum_demand_derive(const struct lum_snapshot *snapshot, struct lum_demand *ret_demand)
 {
-    struct lum_sights sights = lum_sights_of(snapshot);
+    struct lum_sights sights = sights_of(snapshot);
     struct lum_demand d = {0};
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         if (lum_effect_rows[e]->demand)
@@ -60,27 +81,6 @@ void lum_demand_by_surface(const struct lum_sights *see, const struct lum_effect
     lum_demand_refuse(d, effect, refused);
     if (d->on[effect] && !was_on && !without_fog)
         d->by_fog |= LUM_EFFECT_BIT(effect);
-}
-
-struct lum_sights lum_sights_of(const struct lum_snapshot *s)
-{
-    static const char *const alone[] = {
-        [LUM_FACING_NOTHING] = "no object reflects",
-        [LUM_FACING_FLAT] = "no surface faces another: all lie in one plane",
-        [LUM_FACING_CONVEX] = "no surface faces another: one convex solid, lit from outside",
-        [LUM_FACING_EACH_OTHER] = "nothing shines that it could show",
-    };
-    enum lum_facing facing = lum_surfaces_facing(s);
-    struct lum_sights sights = {.snapshot = s, .lit = s->lights.n_active > 0, .alone = alone[facing]};
-    sights.each_other = sights.lit && facing == LUM_FACING_EACH_OTHER;
-    for (uint32_t a = 0; a < s->lights.n_active; a++)
-        sights.shining = sights.shining || !s->lights.lights[s->lights.active[a]].delta;
-    for (uint32_t i = 0; i < s->n_media && sights.lit; i++)
-        sights.glowing = sights.glowing || !lum_rgb_black(s->media[i].sigma_s);
-    sights.fog = sights.glowing;
-    for (uint32_t i = 0; i < s->n_instances; i++)
-        sights.glowing = sights.glowing || s->materials[s->instances[i].material].unlit;
-    return sights;
 }
 
 void lum_demand_choose(struct lum_demand *d, bool antialias, uint32_t effects_off, uint32_t effects_on)

@@ -63,7 +63,6 @@ void lum_demand_by_light(const struct lum_sights *see, const struct lum_effect_r
 void lum_demand_by_surface(const struct lum_sights *see, const struct lum_effect_row *row, enum lum_effect effect,
                            struct lum_demand *demand);
 
-struct lum_sights lum_sights_of(const struct lum_snapshot *snapshot);
 /* What a view chooses: anti-aliasing, and effects that it forces off or on (bits LUM_EFFECT_BIT; off wins). */
 void lum_demand_choose(struct lum_demand *demand, bool antialias, uint32_t effects_off, uint32_t effects_on);
 

@@ -96,13 +96,6 @@ static const struct lum_option_row rows[] = {
 };
 /* clang-format on */
 
-static enum lum_status take(void *user, size_t i, const char *text, struct lum_error *err)
-{
-    char given[32];
-    snprintf(given, sizeof given, "--%s", rows[i].name);
-    return lum_option_read(&rows[i], given, text, user, err);
-}
-
 enum lum_status lum_compare_options_parse(int argc, char **argv, struct lum_compare_options *ret_options,
                                           struct lum_error *err)
 {
@@ -110,7 +103,7 @@ enum lum_status lum_compare_options_parse(int argc, char **argv, struct lum_comp
         .wanted = {[LUM_COMPARE_RELMSE] = true, [LUM_COMPARE_RMSE] = true, [LUM_COMPARE_SMAPE] = true},
         .multiplier = 1.0};
     struct lum_option_words words = {0};
-    enum lum_status st = lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), &words, take, &o, err);
+    enum lum_status st = lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), &words, NULL, &o, err);
     if (st)
         return st;
     if (!o.help && words.n != 2)

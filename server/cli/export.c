@@ -33,17 +33,10 @@ static bool ends_with_glb(const char *name)
     return n > 4 && strcmp(name + n - 4, ".glb") == 0;
 }
 
-static enum lum_status take(void *user, size_t i, const char *text, struct lum_error *err)
-{
-    char given[32];
-    snprintf(given, sizeof given, "--%s", rows[i].name);
-    return lum_option_read(&rows[i], given, text, user, err);
-}
-
 static enum lum_status parse(int argc, char **argv, struct options *ret_options, struct lum_error *err)
 {
     struct options o = {0};
-    enum lum_status st = lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), NULL, take, &o, err);
+    enum lum_status st = lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), NULL, NULL, &o, err);
     if (!st && !o.help && !o.scene)
         st = lum_fail(err, LUM_ERR_INVALID, "scene", "--scene NAME|FILE is missing (see: lumend export --help)");
     if (!st && !o.help && !o.out)

@@ -95,18 +95,11 @@ static const struct lum_option_row rows[] = {
 };
 /* clang-format on */
 
-static enum lum_status take(void *user, size_t i, const char *text, struct lum_error *err)
-{
-    char given[32];
-    snprintf(given, sizeof given, "--%s", rows[i].name);
-    return lum_option_read(&rows[i], given, text, user, err);
-}
-
 enum lum_status lum_measure_options_parse(int argc, char **argv, struct lum_measure_options *ret_options,
                                           struct lum_error *err)
 {
     struct lum_measure_options o = {.error = 0.01, .pictures_spp = 32};
-    enum lum_status st = lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), NULL, take, &o, err);
+    enum lum_status st = lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), NULL, NULL, &o, err);
     if (!st && !o.help && !o.scene)
         st = lum_fail(err, LUM_ERR_INVALID, "scene", "--scene NAME|FILE is missing (see: lumend measure --help)");
     if (!st && o.on && o.has_area)

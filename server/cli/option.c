@@ -152,7 +152,10 @@ enum lum_status lum_option_parse(int argc, char **argv, const struct lum_option_
             return lum_fail(err, LUM_ERR_INVALID, row->name, "--%s takes no value", row->name);
         if (row->arg && !equals && k + 1 == argc)
             return lum_fail(err, LUM_ERR_INVALID, row->name, "--%s needs a value: %s", row->name, row->arg);
-        enum lum_status status = take(user, i, !row->arg ? "1" : equals ? equals + 1 : argv[++k], err);
+        const char *text = !row->arg ? "1" : equals ? equals + 1 : argv[++k];
+        char given[32];
+        snprintf(given, sizeof given, "--%s", row->name);
+        enum lum_status status = take ? take(user, i, text, err) : lum_option_read(row, given, text, user, err);
         if (status)
             return status;
     }

@@ -33,9 +33,9 @@ struct lum_option_words {
     size_t n;
 };
 
-/* Calls take with the row and the value ("1" of a switch) of each option in argv[1] and after, in order; stops when it
- * fails. Names are written out: an abbreviation would change its meaning with every name added later. words, which
- * start all zero, are added to; NULL: arguments that are no options are refused. */
+/* Calls take (NULL: lum_option_read) with the row and the value ("1" of a switch) of each option in argv[1] and after,
+ * in order; stops when it fails. Names are written out: an abbreviation would change its meaning with every name added
+ * later. words, which start all zero, are added to; NULL: arguments that are no options are refused. */
 LUM_MUST_USE enum lum_status lum_option_parse(int argc, char **argv, const struct lum_option_row *rows, size_t n_rows,
                                               struct lum_option_words *words,
                                               enum lum_status (*take)(void *user, size_t row, const char *text,

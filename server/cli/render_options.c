@@ -322,18 +322,11 @@ static enum lum_status check(struct lum_render_options *o, struct lum_error *err
     return check_effects(o, err);
 }
 
-static enum lum_status take(void *user, size_t i, const char *text, struct lum_error *err)
-{
-    char given[32];
-    snprintf(given, sizeof given, "--%s", rows[i].name);
-    return lum_option_read(&rows[i], given, text, user, err);
-}
-
 enum lum_status lum_render_options_parse(int argc, char **argv, struct lum_render_options *ret_options,
                                          struct lum_error *err)
 {
     struct lum_render_options o = {.fps = 30.0, .false_color = {.min = (double)NAN, .max = (double)NAN}};
-    enum lum_status st = lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), NULL, take, &o, err);
+    enum lum_status st = lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), NULL, NULL, &o, err);
     if (!st && !o.help)
         st = check(&o, err);
     if (!st)

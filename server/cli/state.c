@@ -46,13 +46,6 @@ static const struct lum_option_row rows[] = {
      .help = "models stay import ops, which need the model files; default: all that they brought"},
 };
 
-static enum lum_status take_option(void *user, size_t i, const char *text, struct lum_error *err)
-{
-    char given[32];
-    snprintf(given, sizeof given, "--%s", rows[i].name);
-    return lum_option_read(&rows[i], given, text, user, err);
-}
-
 /* ---- the folder ---- */
 
 struct state {
@@ -313,7 +306,7 @@ int lum_cmd_state(int argc, char **argv)
         lum_help_state(&(struct lum_help){stdout, false});
         return LUM_EXIT_OK;
     }
-    if (lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), &words, take_option, &o, &err))
+    if (lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), &words, NULL, &o, &err))
         return fail(LUM_EXIT_USAGE, "", &err);
     const char *command = words.n > 0 ? words.list[0] : "";
     bool known = strcmp(command, "check") == 0 || strcmp(command, "export") == 0 || strcmp(command, "compact") == 0;

@@ -47,13 +47,6 @@ static const struct lum_option_row rows[] = {
      .help = "adds the line to FILE, which is made where there is none, readable by its owner alone"},
 };
 
-static enum lum_status take_option(void *user, size_t i, const char *text, struct lum_error *err)
-{
-    char given[32];
-    snprintf(given, sizeof given, "--%s", rows[i].name);
-    return lum_option_read(&rows[i], given, text, user, err);
-}
-
 static void line_of(const char *name, const struct options *o, const uint8_t sha[LUM_TOKEN_SHA_BYTES], char *out,
                     size_t size)
 {
@@ -153,7 +146,7 @@ int lum_cmd_token(int argc, char **argv)
         lum_help_token(&(struct lum_help){stdout, false});
         return LUM_EXIT_OK;
     }
-    if (lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), &words, take_option, &o, &err))
+    if (lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), &words, NULL, &o, &err))
         return fail(LUM_EXIT_USAGE, &err);
     if (words.n != 1) {
         lum_fail(&err, LUM_ERR_INVALID, "", "needs a name (see: lumend token --help)");

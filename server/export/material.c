@@ -5,6 +5,7 @@
 #include <cjson/cJSON.h>
 
 #include "core/math/color.h"
+#include "core/scene/desc.h"
 #include "protocol/json/json.h"
 #include "server/export/internal.h"
 
@@ -173,14 +174,7 @@ static cJSON *material_json(struct lum_exporting *x, const struct lum_record *r,
 /* Textures are told by glTF alone. */
 static void drop_textures(cJSON *record)
 {
-    static const char *const textures[] = {"base_color_texture",
-                                           "metallic_roughness_texture",
-                                           "emission_texture",
-                                           "normal_texture",
-                                           "anisotropy_texture",
-                                           "clearcoat_texture",
-                                           "clearcoat_roughness_texture",
-                                           "clearcoat_normal_texture"};
+    static const char *const textures[] = {LUM_TEXTURES(LUM_TEXTURE_FIELD)};
     for (size_t i = 0; i < LUM_ARRAY_LEN(textures); i++)
         cJSON_DeleteItemFromObjectCaseSensitive(record, textures[i]);
 }

@@ -6,6 +6,7 @@
 
 #include <math.h>
 
+#include "tests/support/probe_at.h"
 #include "tests/support/rig.h"
 
 struct bench {
@@ -393,8 +394,7 @@ static double flux_on(struct bench *b, double y, float up, double half)
         double x = half * (2.0 * (i % SIDE + 0.5) / SIDE - 1.0), z = half * (2.0 * (i / SIDE + 0.5) / SIDE - 1.0);
         struct lum_probe probe;
         uint64_t rays;
-        RIG_OK(
-            lum_probe_at(b->r.pool, b->r.snapshot, rig_v(x, y, z), lum_v3(0, up, 0), SAMPLES, i, &probe, &rays, &err));
+        RIG_OK(probe_at(b->r.pool, b->r.snapshot, rig_v(x, y, z), lum_v3(0, up, 0), SAMPLES, i, &probe, &rays, &err));
         sum += probe.illuminance_lx;
     }
     return sum * 4.0 * half * half / (SIDE * SIDE);

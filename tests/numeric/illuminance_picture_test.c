@@ -5,6 +5,7 @@
 #include "core/pass/eye.h"
 #include "core/render/isolines.h"
 #include "tests/support/effort.h"
+#include "tests/support/probe_at.h"
 #include "tests/support/rig.h"
 
 #define PI 3.14159265358979323846
@@ -210,7 +211,7 @@ static void a_room_as_the_light_meter_has_it(void **state)
                             (double)y + 0.5, &pick);
                 if (!pick.hit || strcmp(pick.id, "panel") == 0)
                     continue;
-                RIG_OK(lum_probe_at(r.pool, r.snapshot, pick.point_world, pick.normal, 4096, 7, &probe, &rays, &err));
+                RIG_OK(probe_at(r.pool, r.snapshot, pick.point_world, pick.normal, 4096, 7, &probe, &rays, &err));
                 sum += lux_at(&r, x, y);
                 known += probe.illuminance_lx;
                 square += probe.stderr_lx * probe.stderr_lx;

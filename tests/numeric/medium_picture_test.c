@@ -1,6 +1,7 @@
 /* Media in pictures of the path tracer: against closed forms, and where fog must not, or must not suddenly, change
  * anything. */
 #include "tests/numeric/fog.h"
+#include "tests/support/probe_at.h"
 
 static void set_path(struct rig *r)
 {
@@ -299,7 +300,7 @@ static void probes_are_in_the_fog(void **state)
         rig_commit(&r);
         struct lum_probe p;
         uint64_t rays = 0;
-        RIG_OK(lum_probe_at(r.pool, r.snapshot, rig_v(0, 1e-3, 0), lum_v3(0, 1, 0), 4096, 1, &p, &rays, &err));
+        RIG_OK(probe_at(r.pool, r.snapshot, rig_v(0, 1e-3, 0), lum_v3(0, 1, 0), 4096, 1, &p, &rays, &err));
         while (!rig_pass(&r).complete)
             ;
         if (!scatters)

@@ -1,6 +1,7 @@
 /* Pictures against closed forms: furnace, form factor, inverse square, energy through glass; the two methods against
  * each other; scale of the scene; probes. Tolerances are standard errors of the estimate, or rounding; each is derived
  * in place. */
+#include "tests/support/probe_at.h"
 #include "tests/support/rig.h"
 
 static void set_method(struct rig *r, const char *name)
@@ -384,7 +385,7 @@ static void probe_measures_illuminance(void **state)
     rig_commit(&r);
     struct lum_probe p;
     uint64_t rays = 0;
-    RIG_OK(lum_probe_at(r.pool, r.snapshot, rig_v(0.1, 0.2, -0.3), lum_v3(0, 2, 0), 20000, 1, &p, &rays, &err));
+    RIG_OK(probe_at(r.pool, r.snapshot, rig_v(0.1, 0.2, -0.3), lum_v3(0, 2, 0), 20000, 1, &p, &rays, &err));
     double want = 3.14159265358979323846 * 20.0;
     if (!(fabs(p.illuminance_lx - want) < 4.0 * p.stderr_lx) || !(p.stderr_lx < 0.01 * want))
         fail_msg("furnace: %.4f +- %.4f lx, closed form %.4f", p.illuminance_lx, p.stderr_lx, want);
@@ -394,11 +395,11 @@ static void probe_measures_illuminance(void **state)
     RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_OBJECT, "room", &err));
     rig_bulb(&r, "bulb", rig_v(0, 2, 0), 100);
     rig_commit(&r);
-    RIG_OK(lum_probe_at(r.pool, r.snapshot, rig_v(0, 0, 0), lum_v3(0, 1, 0), 100, 1, &p, &rays, &err));
+    RIG_OK(probe_at(r.pool, r.snapshot, rig_v(0, 0, 0), lum_v3(0, 1, 0), 100, 1, &p, &rays, &err));
     assert_true(fabs(p.illuminance_lx - 25.0) < 25.0 * 2e-6);
     assert_true(p.stderr_lx < 1e-4);
     struct lum_error err = {0};
-    assert_int_equal(lum_probe_at(r.pool, r.snapshot, rig_v(0, 0, 0), lum_v3(0, 0, 0), 100, 1, &p, &rays, &err),
+    assert_int_equal(probe_at(r.pool, r.snapshot, rig_v(0, 0, 0), lum_v3(0, 0, 0), 100, 1, &p, &rays, &err),
                      LUM_ERR_INVALID);
     assert_string_equal(err.field, "normal");
     rig_end(&r);

@@ -2,6 +2,7 @@
 #include "core/scene/light_kind.h"
 #include "core/scene/shapes.h"
 #include "tests/numeric/stats.h"
+#include "tests/support/probe_at.h"
 #include "tests/support/vpls.h"
 #include "tests/support/webs.h"
 #include "server/world/light_kinds.h"
@@ -372,7 +373,7 @@ static struct estimate path_traced(const struct rig *r, struct lum_vec3d at, str
 {
     struct lum_probe probe;
     uint64_t rays;
-    RIG_OK(lum_probe_at(r->pool, r->snapshot, at, n, 1 << 15, 1, &probe, &rays, &err));
+    RIG_OK(probe_at(r->pool, r->snapshot, at, n, 1 << 15, 1, &probe, &rays, &err));
     return (struct estimate){probe.illuminance_lx, probe.stderr_lx};
 }
 

@@ -12,6 +12,7 @@
 #include "core/render/view.h"
 #include "core/scene/scene.h"
 #include "server/world/scene_source.h"
+#include "tests/support/probe_at.h"
 
 static void load(struct lum_world *world, const char *scene)
 {
@@ -103,8 +104,8 @@ static double light_at_the_camera(const struct lum_world *world)
     for (int side = -1; side <= 1; side += 2) {
         struct lum_probe probe;
         uint64_t rays;
-        assert_int_equal(lum_probe_at(world->pool, world->snapshot, (struct lum_vec3d){p[0], p[1], p[2]},
-                                      lum_v3(0.0f, (float)side, 0.0f), 4096, 1, &probe, &rays, NULL),
+        assert_int_equal(probe_at(world->pool, world->snapshot, (struct lum_vec3d){p[0], p[1], p[2]},
+                                  lum_v3(0.0f, (float)side, 0.0f), 4096, 1, &probe, &rays, NULL),
                          LUM_OK);
         sum += probe.illuminance_lx;
     }

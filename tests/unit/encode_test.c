@@ -1,30 +1,13 @@
 /* Tiles: what is decoded is what the film showed; unchanged tiles are not encoded again. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
 #include <spng.h>
 #include <turbojpeg.h>
 #include <zlib.h>
 
-#include "server/stream/encode.h"
+#include "tests/support/encoder_bed.h"
 
-/* Neither a multiple of the tile's side nor of 4: four tiles, three of them cut. */
-enum { W = 199, H = 130, TILES = 4, TILE_BYTES = 128 * 128 * 8 };
-
-struct fixture {
-    struct lum_pool *pool;
-    struct lum_encoder *encoder;
-    struct lum_film film;
-    struct lum_picture picture;
-    struct lum_tile_state states[TILES];
-    struct lum_encoded_tile *tiles[TILES];
-};
+enum { TILE_BYTES = 128 * 128 * 8 };
 
 static struct lum_rgb gradient(uint32_t x, uint32_t y)
 {
@@ -33,52 +16,16 @@ static struct lum_rgb gradient(uint32_t x, uint32_t y)
 
 static int setup(void **state)
 {
-    struct fixture *f = calloc(1, sizeof *f);
-    assert_non_null(f);
-    assert_int_equal(lum_pool_create(3, &f->pool, NULL), LUM_OK);
-    assert_int_equal(lum_encoder_create(f->pool, &f->encoder, NULL), LUM_OK);
-    assert_int_equal(lum_film_init(&f->film, W, H, NULL), LUM_OK);
-    uint64_t nonfinite = 0;
-    for (uint32_t y = 0; y < H; y++)
-        for (uint32_t x = 0; x < W; x++)
-            lum_film_add(&f->film, x, y, 0, gradient(x, y), &nonfinite);
-    f->picture = (struct lum_picture){.film = &f->film,
-                                      .display = {.ev100 = -log2(1.2), .tone = LUM_TONE_NONE}, /* white is 1 cd/m2 */
-                                      .header = {.frame_seq = 7, .scene_rev = 3, .view_id = 9, .quality = 95}};
-    *state = f;
-    return 0;
-}
-
-static void release(struct fixture *f)
-{
-    for (int i = 0; i < TILES; i++) {
-        lum_encoded_tile_unref(f->tiles[i]);
-        f->tiles[i] = NULL;
-    }
-}
-
-static int teardown(void **state)
-{
-    struct fixture *f = *state;
-    release(f);
-    lum_film_finish(&f->film);
-    lum_encoder_destroy(f->encoder);
-    lum_pool_destroy(f->pool);
-    free(f);
+    *state = encoder_bed_begin(gradient);
     return 0;
 }
 
 /* Encodes and returns how many tiles came out. */
 static int encode(struct fixture *f, uint8_t codec, uint8_t downscale)
 {
-    release(f);
     f->picture.header.codec = codec;
     f->picture.header.downscale = downscale;
-    assert_int_equal(lum_encoder_run(f->encoder, &f->picture, f->states, f->tiles, NULL), LUM_OK);
-    int n = 0;
-    for (int i = 0; i < TILES; i++)
-        n += f->tiles[i] != NULL;
-    return n;
+    return encoder_bed_run(f);
 }
 
 /* The tile's pixels as RGB8. */
@@ -290,15 +237,15 @@ static void failing_memory_leaves_the_states(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(tiles_cover_the_picture, setup, teardown),
-        cmocka_unit_test_setup_teardown(lossless_codecs_are_exact, setup, teardown),
-        cmocka_unit_test_setup_teardown(jpeg_is_close, setup, teardown),
-        cmocka_unit_test_setup_teardown(half_tiles_hold_the_radiance, setup, teardown),
-        cmocka_unit_test_setup_teardown(unchanged_tiles_are_not_encoded_again, setup, teardown),
-        cmocka_unit_test_setup_teardown(downscaled_tiles_are_smaller, setup, teardown),
-        cmocka_unit_test_setup_teardown(colours_of_a_map_lie_over_grey, setup, teardown),
+        cmocka_unit_test_setup_teardown(tiles_cover_the_picture, setup, encoder_bed_end),
+        cmocka_unit_test_setup_teardown(lossless_codecs_are_exact, setup, encoder_bed_end),
+        cmocka_unit_test_setup_teardown(jpeg_is_close, setup, encoder_bed_end),
+        cmocka_unit_test_setup_teardown(half_tiles_hold_the_radiance, setup, encoder_bed_end),
+        cmocka_unit_test_setup_teardown(unchanged_tiles_are_not_encoded_again, setup, encoder_bed_end),
+        cmocka_unit_test_setup_teardown(downscaled_tiles_are_smaller, setup, encoder_bed_end),
+        cmocka_unit_test_setup_teardown(colours_of_a_map_lie_over_grey, setup, encoder_bed_end),
         cmocka_unit_test(halves_round_to_nearest_even),
-        cmocka_unit_test_setup_teardown(failing_memory_leaves_the_states, setup, teardown),
+        cmocka_unit_test_setup_teardown(failing_memory_leaves_the_states, setup, encoder_bed_end),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

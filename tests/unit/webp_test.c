@@ -1,18 +1,11 @@
 /* WebP tiles: exact where they say so, else no further off than JPEG of the same quality; bounded in size. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
 #include <turbojpeg.h>
 #include <webp/decode.h>
 
-#include "server/stream/encode.h"
 #include "server/stream/webp.h"
+#include "tests/support/encoder_bed.h"
 
 enum { SIDE = 128, ROOM = 4 * SIDE * SIDE + 4096 };
 
@@ -84,76 +77,30 @@ static void room_has_an_end(void **state)
 
 /* ---- through the encoder ---- */
 
-enum { W = 199, H = 130, TILES = 4 };
-
-struct fixture {
-    struct lum_pool *pool;
-    struct lum_encoder *encoder;
-    struct lum_film film;
-    struct lum_picture picture;
-    struct lum_tile_state states[TILES];
-    struct lum_encoded_tile *tiles[TILES];
-};
-
 /* As a room is: light that falls off, edges, and fine grain, in colours that hardly differ. */
-static struct lum_rgb room(uint32_t x, uint32_t y, uint32_t *random)
+static struct lum_rgb room(uint32_t x, uint32_t y)
 {
+    uint32_t random = 3 + W * y + x;
     float light = 1.0f / (1.0f + 1e-4f * (float)((x - 60) * (x - 60) + (y - 40) * (y - 40)));
     float wall = (x / 37 + y / 29) % 2 ? 0.8f : 0.35f;
-    float grain = 1.0f + 0.03f * ((float)next_random(random) / (1 << 24) - 0.5f);
+    next_random(&random);
+    float grain = 1.0f + 0.03f * ((float)next_random(&random) / (1 << 24) - 0.5f);
     float v = light * wall * grain;
     return lum_rgb(v, v * 0.93f, v * 0.8f);
 }
 
 static int setup(void **state)
 {
-    struct fixture *f = calloc(1, sizeof *f);
-    assert_non_null(f);
-    assert_int_equal(lum_pool_create(2, &f->pool, NULL), LUM_OK);
-    assert_int_equal(lum_encoder_create(f->pool, &f->encoder, NULL), LUM_OK);
-    assert_int_equal(lum_film_init(&f->film, W, H, NULL), LUM_OK);
-    uint64_t nonfinite = 0;
-    uint32_t random = 3;
-    for (uint32_t y = 0; y < H; y++)
-        for (uint32_t x = 0; x < W; x++)
-            lum_film_add(&f->film, x, y, 0, room(x, y, &random), &nonfinite);
-    f->picture = (struct lum_picture){.film = &f->film,
-                                      .display = {.ev100 = -log2(1.2), .tone = LUM_TONE_NONE}, /* white is 1 cd/m2 */
-                                      .header = {.frame_seq = 7}};
-    *state = f;
-    return 0;
-}
-
-static void release(struct fixture *f)
-{
-    for (int i = 0; i < TILES; i++) {
-        lum_encoded_tile_unref(f->tiles[i]);
-        f->tiles[i] = NULL;
-    }
-}
-
-static int teardown(void **state)
-{
-    struct fixture *f = *state;
-    release(f);
-    lum_film_finish(&f->film);
-    lum_encoder_destroy(f->encoder);
-    lum_pool_destroy(f->pool);
-    free(f);
+    *state = encoder_bed_begin(room);
     return 0;
 }
 
 static int encode(struct fixture *f, uint8_t codec, uint8_t quality, uint32_t flags)
 {
-    release(f);
     f->picture.header.codec = codec;
     f->picture.header.quality = quality;
     f->picture.header.flags = flags;
-    assert_int_equal(lum_encoder_run(f->encoder, &f->picture, f->states, f->tiles, NULL), LUM_OK);
-    int n = 0;
-    for (int i = 0; i < TILES; i++)
-        n += f->tiles[i] != NULL;
-    return n;
+    return encoder_bed_run(f);
 }
 
 static void decode(const struct lum_encoded_tile *t, uint8_t *ret_rgba)
@@ -231,9 +178,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lossless_is_exact),
         cmocka_unit_test(room_has_an_end),
-        cmocka_unit_test_setup_teardown(quality_means_the_same_error, setup, teardown),
-        cmocka_unit_test_setup_teardown(the_last_picture_is_exact, setup, teardown),
-        cmocka_unit_test_setup_teardown(a_change_of_codec_sends_what_is_worse, setup, teardown),
+        cmocka_unit_test_setup_teardown(quality_means_the_same_error, setup, encoder_bed_end),
+        cmocka_unit_test_setup_teardown(the_last_picture_is_exact, setup, encoder_bed_end),
+        cmocka_unit_test_setup_teardown(a_change_of_codec_sends_what_is_worse, setup, encoder_bed_end),
     };
     assert_true(lum_webp_available());
     return cmocka_run_group_tests(tests, NULL, NULL);

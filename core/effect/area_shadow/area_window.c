@@ -232,11 +232,11 @@ static void sum_row(struct lum_area_window *w, uint32_t y)
 
 /* ---- what is alike ---- */
 
-static struct lum_moments moments_of(const float *first, size_t stride, uint32_t n)
+static struct lum_moments moments_of(const float *first, uint32_t n)
 {
     float m[LUM_MOMENTS] = {0};
     for (uint32_t k = 0; k < n; k++)
-        m[k] = first[k * stride];
+        m[k] = first[k * LUM_TILE_PIXELS];
     return (struct lum_moments){m[0], m[1], m[2], m[3], lum_rgb(m[4], m[5], m[6])};
 }
 
@@ -260,7 +260,7 @@ static void sum_alike_row(struct lum_area_window *w, uint32_t y)
 {
     float per_share[LUM_TILE_SIDE], weight[LUM_TILE_SIDE], sum[LUM_MOMENTS][LUM_TILE_SIDE] = {0};
     for (uint32_t i = 0; i < LUM_TILE_SIDE; i++) {
-        struct lum_moments m = moments_of(&w->sum[0][y * LUM_TILE_SIDE + i], LUM_TILE_PIXELS, 2);
+        struct lum_moments m = moments_of(&w->sum[0][y * LUM_TILE_SIDE + i], 2);
         float ratio = lum_moments_share(&m), variance = lum_max(ratio * (1.0f - ratio), 0.0f);
         per_share[i] = 1.0f / sqrtf(ALIKE * ALIKE * variance + CHANCE * CHANCE);
     }
@@ -309,5 +309,5 @@ void lum_area_window_gather(struct lum_area_window *w, const struct lum_layer *l
 struct lum_moments lum_area_window_at(const struct lum_area_window *w, uint32_t x, uint32_t y)
 {
     bool whole = w->whole_ratio[row_at(y, MIDDLE) + x] != FAR;
-    return moments_of(&(whole ? w->alike : w->sum)[0][y * LUM_TILE_SIDE + x], LUM_TILE_PIXELS, w->n_moments);
+    return moments_of(&(whole ? w->alike : w->sum)[0][y * LUM_TILE_SIDE + x], w->n_moments);
 }

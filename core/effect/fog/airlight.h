@@ -29,7 +29,7 @@
 #define LUM_AIRLIGHT_SIDE 4u /* of the pattern, in pixels */
 
 /* What is done in a cell; of a pair: up to LUM_AIRLIGHT_RESOLVED. */
-enum { LUM_AIRLIGHT_UNTRACED, LUM_AIRLIGHT_TRACED, LUM_AIRLIGHT_RESOLVED, LUM_AIRLIGHT_JOINED };
+enum { LUM_AIRLIGHT_UNTRACED, LUM_AIRLIGHT_TRACED, LUM_AIRLIGHT_RESOLVED };
 
 /* What a medium scatters of one light's light towards the eye, per unit of its power, by points on the pixel's ray:
  * their mean, and its luminance were nothing in the way. */
@@ -74,8 +74,7 @@ struct lum_airlight_pair {
 };
 /* Pair i, from 0; false: there are no more. Pairs that share a slot follow each other. */
 bool lum_airlight_next(const struct lum_pass *pass, uint32_t i, struct lum_airlight_pair *ret_pair);
-/* What its points are made with, and what they are multiplied by. */
-const struct lum_snapshot *lum_airlight_snapshot(const struct lum_pass *pass, const struct lum_airlight_pair *pair);
+/* What its points are multiplied by. */
 struct lum_rgb lum_airlight_power(const struct lum_pass *pass, const struct lum_airlight_pair *pair);
 
 /* The ray through the middle of a pixel, up to its surface. */

@@ -24,11 +24,6 @@ bool lum_airlight_next(const struct lum_pass *pass, uint32_t i, struct lum_airli
     return true;
 }
 
-const struct lum_snapshot *lum_airlight_snapshot(const struct lum_pass *pass, const struct lum_airlight_pair *pair)
-{
-    return pair->alone ? &pass->layers->unit : pass->snapshot;
-}
-
 struct lum_rgb lum_airlight_power(const struct lum_pass *pass, const struct lum_airlight_pair *pair)
 {
     return pair->alone ? pass->snapshot->lights.lights[pair->light].power : lum_grey(1.0f);
@@ -40,7 +35,7 @@ struct lum_scatter_query lum_airlight_query(const struct lum_pass *pass, const s
                                             uint32_t x, uint32_t y)
 {
     return (struct lum_scatter_query){
-        .snapshot = lum_airlight_snapshot(pass, pair),
+        .snapshot = pair->alone ? &pass->layers->unit : pass->snapshot,
         .medium = pair->medium,
         .light = pair->light,
         .o = pass->eye.o,

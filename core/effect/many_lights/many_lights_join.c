@@ -74,17 +74,17 @@ static void join_cell(const struct lum_pass *pass, uint32_t cell, struct lum_cou
                 false);
 }
 
+static const struct lum_estimator join = {
+    .name = "many lights, join", .stage = LUM_STAGE_FILTER, .tile = join_cell, .cells = true, .surfaces = true};
+static const struct lum_estimator narrow = {.name = "many lights, 8 to 4",
+                                            .stage = LUM_STAGE_FILTER,
+                                            .tile = narrow_cell,
+                                            .cells = true,
+                                            .surfaces = true,
+                                            .then = &join};
 const struct lum_estimator lum_many_lights_widen = {.name = "many lights, 16 to 8",
                                                     .stage = LUM_STAGE_FILTER,
                                                     .tile = widen_cell,
                                                     .cells = true,
                                                     .surfaces = true,
-                                                    .then = &lum_many_lights_narrow};
-const struct lum_estimator lum_many_lights_narrow = {.name = "many lights, 8 to 4",
-                                                     .stage = LUM_STAGE_FILTER,
-                                                     .tile = narrow_cell,
-                                                     .cells = true,
-                                                     .surfaces = true,
-                                                     .then = &lum_many_lights_join};
-const struct lum_estimator lum_many_lights_join = {
-    .name = "many lights, join", .stage = LUM_STAGE_FILTER, .tile = join_cell, .cells = true, .surfaces = true};
+                                                    .then = &narrow};

@@ -5,7 +5,6 @@
 
 #include "core/effect/direct/many_lights.h"
 
-extern const struct lum_estimator lum_many_lights_trace, lum_many_lights_widen, lum_many_lights_narrow,
-    lum_many_lights_join;
+extern const struct lum_estimator lum_many_lights_trace, lum_many_lights_widen;
 
 #endif
