@@ -10,7 +10,7 @@
 
 #include "core/medium/stretches.h"
 
-/* A ray and the media that scatter on it. */
+/* A ray and the media on it. */
 struct lum_collider {
     const struct lum_snapshot *snapshot;
     struct lum_vec3 o, d; /* d unit */

@@ -40,6 +40,7 @@ struct lum_pass {
     const struct lum_states *states;     /* what estimators keep for themselves (lum_pass_state) */
     uint32_t cached_sky; /* environment whose diffuse light the records bring; LUM_NO_OBJECT: there is none */
     const struct lum_vpl_set *vpls;        /* NULL: the method has none, or indirect_diffuse is off */
+    const struct lum_vpl_set *fog_vpls;    /* likewise of what lights fog, whether surfaces get any of it or not */
     struct lum_vpl_set *kept_vpls;         /* where lum_stage_vpls makes them */
     struct lum_records *records;           /* methods with a cache (effect/indirect/records.h); NULL: likewise */
     struct lum_records *kept_records;      /* for lum_stage_cache */
@@ -109,6 +110,7 @@ struct lum_estimator {
     uint32_t lasting; /* of these, those whose `iterations` stay true when lights are dimmed: their samples are kept */
     const struct lum_estimator *smoothed_by; /* filter that its buffers wait for, if one tells them apart */
     bool surfaces;                           /* reads pass->surfaces */
+    bool vpls;                               /* reads pass->fog_vpls, of the cache that the method has */
     const struct lum_estimator *then;        /* goes with it, at another stage or after it; NULL: nothing */
 };
 

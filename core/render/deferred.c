@@ -1,5 +1,6 @@
 #include "core/render/deferred.h"
 #include "core/effect/direct/direct.h"
+#include "core/effect/indirect/records.h"
 #include "core/method/method.h"
 #include "core/render/rough_known.h"
 
@@ -85,6 +86,8 @@ static void plan_stage(struct plan *plan, const struct lum_estimator *stage)
     plan->n++;
     plan->surfaces = plan->surfaces || stage->surfaces;
     plan->components = plan->components || stage->components;
+    if (stage->vpls)
+        plan_stage(plan, &lum_stage_cache);
     if (stage->then)
         plan_stage(plan, stage->then);
 }

@@ -6,8 +6,14 @@
 #include "core/vpl/lifted.h"
 #include "core/vpl/lobe.h"
 
+/* Lifting takes a point away from a wall as if nothing dimmed the light of what of it is near: in fog it is lifted by
+ * no more than this share of a mean free path. In a white room two of these wide .956 +- .012 of the light is there
+ * with 0.25, .97 +- .013 with 0.1, in one of six .81 and .83 +- .06 (tests/numeric/scattered_test.c, g 0). */
+#define LIFT_OF_FREE_PATH 0.1f
+
 /* What LANES VPLs from k on would bring: importance, lifted term b / r^3, phase function, lobe. With h, u, rise and b
- * of core/cache/vpl_sum.c, and no cosine at p: air faces all sides. */
+ * of core/cache/vpl_sum.c, and no cosine at p: air faces all sides. Those in fog likewise: each faces a side, and all
+ * of them every one. (Not lifted, but as their mean over a ball: half as much noise again, for the same light.) */
 static void find_reach(const struct lum_vpl_set *set, const struct lum_vpl_air *at, uint32_t k, float *restrict ret)
 {
     const float *restrict px = set->px + k, *restrict py = set->py + k, *restrict pz = set->pz + k;
@@ -15,12 +21,15 @@ static void find_reach(const struct lum_vpl_set *set, const struct lum_vpl_air *
     const float *restrict radius = set->radius + k, *restrict gain = set->gain + k;
     const float *restrict importance = set->importance + k;
     const struct lum_vec3 p = at->p, to = at->to;
+    const float most = at->sigma_t > 0.0f ? LIFT_OF_FREE_PATH / at->sigma_t : INFINITY;
     const float a = fabsf(at->g), sign = at->g < 0.0f ? -1.0f : 1.0f;
     const float phase = 0.25f * LUM_INV_PI * (1.0f - a) * (1.0f + a), peak = (1.0f - a) * (1.0f - a);
     for (uint32_t i = 0; i < LUM_LANES; i++) {
-        float wide = LUM_VPL_LIFT * radius[i], m = wide > LUM_POINT_LIGHT_NEAR ? wide : LUM_POINT_LIGHT_NEAR;
+        float wide = LUM_VPL_LIFT * radius[i];
+        wide = wide < most ? wide : most;
+        float m = wide > LUM_POINT_LIGHT_NEAR ? wide : LUM_POINT_LIGHT_NEAR, lift2 = m * m;
         float dx = p.x - px[i], dy = p.y - py[i], dz = p.z - pz[i];
-        float h = dx * nx[i] + dy * ny[i] + dz * nz[i], lift2 = m * m, u = lift2 / (h * h + lift2), rise = lift2 * u;
+        float h = dx * nx[i] + dy * ny[i] + dz * nz[i], u = lift2 / (h * h + lift2), rise = lift2 * u;
         float b = sqrtf(h * h + rise), d2 = dx * dx + dy * dy + dz * dz, per_r2 = 1.0f / (d2 + rise);
         float term = b * per_r2 * sqrtf(per_r2) * (1.0f + gain[i] * rise * per_r2);
         float cosine = sign * (dx * to.x + dy * to.y + dz * to.z) / sqrtf(d2 + 1e-12f);

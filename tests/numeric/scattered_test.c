@@ -21,6 +21,7 @@ static double term_of(const struct lum_vpl_set *set, uint32_t k, const struct lu
     double m = fmax((double)(LUM_VPL_LIFT * set->radius[k]), (double)LUM_POINT_LIGHT_NEAR), r = sqrt(d2);
     if (!(h > 0.0))
         return 0.0;
+    m = fmin(m, 0.1 / (double)at->sigma_t);
     double rise = m * m * m * m / (h * h + m * m), r2 = d2 + rise, b = sqrt(h * h + rise);
     double cosine = (d[0] * (double)at->to.x + d[1] * (double)at->to.y + d[2] * (double)at->to.z) / r;
     double g = (double)at->g, phase = (1.0 - g * g) / pow(1.0 + g * g - 2.0 * g * cosine, 1.5) / (4.0 * PI);
@@ -46,7 +47,7 @@ static void draws_stand_for_all(void **state)
     const struct lum_vec3 at[] = {rig_to_scene(&r, 0, 1.5, 0), rig_to_scene(&r, 1.9, 0.01, -1.9),
                                   rig_to_scene(&r, -1, 2.9, 1.2)};
     for (size_t i = 0; i < LUM_ARRAY_LEN(gs) * LUM_ARRAY_LEN(at); i++) {
-        struct lum_vpl_air air = {at[i / 3], lum_normalize(lum_v3(0.3f, -0.2f, 0.8f)), gs[i % 3]};
+        struct lum_vpl_air air = {at[i / 3], lum_normalize(lum_v3(0.3f, -0.2f, 0.8f)), gs[i % 3], 0.32f};
         double want = 0.0, sum = 0.0, most = 0.0;
         for (uint32_t k = 0; k < v.set.n_bounced; k++) {
             double part = term_of(&v.set, k, &air);
@@ -71,7 +72,7 @@ static void draws_stand_for_all(void **state)
     }
     struct lum_vpl_air_draw none[4];
     struct lum_vpl_set empty = {0};
-    struct lum_vpl_air air = {at[0], lum_v3(0, 0, 1), 0};
+    struct lum_vpl_air air = {at[0], lum_v3(0, 0, 1), 0, 0.3f};
     assert_int_equal(lum_vpl_air_draw(&empty, &air, 4, 0.5f, none), 0);
     lum_vpl_finish(&v.set);
     rig_end(&r);
@@ -195,6 +196,52 @@ static void fog_before_a_board(void **state)
     }
 }
 
+/* Nothing but a cloud scatters light, and no surface passes any on: a bulb, a black floor, no sky. Tiles at
+ * its outline have pixels that see no fog, among them their deepest. */
+static void begin_cloud(struct rig *r)
+{
+    rig_begin(r, 2);
+    rig_box(r, "floor", 3, 0.5, 3);
+    rig_diffuse_object(r, "floor", "black", 0.0f, rig_v(0, -0.5, 0));
+    rig_bulb(r, "bulb", rig_v(2, 3, 5), 1000);
+    struct lum_medium_desc cloud = fog_box(1.5f, 0.01f, rig_v(-1.5, 0.7, -1.5), rig_v(1.5, 2.2, 1.5));
+    put_fog(r, "cloud", &cloud);
+    rig_commit(r);
+    rig_camera(r, rig_v(0, 1.4, 6.4), rig_v(0, 1.2, 0), 39);
+    set_picture(r);
+    r->settings.w = 144;
+    r->settings.h = 96;
+}
+
+static void cloud_before_nothing(void **state)
+{
+    (void)state;
+    struct rig r;
+    begin_cloud(&r);
+    struct estimate path = by_paths(&r, 96);
+    check("a cloud before nothing", by_first_frames(&r), path.mean, path.stderr);
+    rig_end(&r);
+}
+
+/* What a tile's points saw of an earlier set of VPLs is forgotten with it, all of it. */
+static void fewer_vpls(void **state)
+{
+    (void)state;
+    struct rig r;
+    begin_cloud(&r);
+    r.settings.method = lum_method_find("live");
+    r.settings.max_spp = 1;
+    r.settings.n_vpls = 1024;
+    for (int i = 0; i < 6; i++) {
+        rig_camera(&r, rig_v(0.4 * i, 1.4, 6.4), rig_v(0, 1.2, 0), 39);
+        rig_pass(&r);
+    }
+    r.settings.n_vpls = 1;
+    rig_pass(&r);
+    rig_assert_as_fresh(&r, "fewer");
+    rig_end(&r);
+}
+
 /* ---- edits ---- */
 
 /* A room with nothing between its lamps and the fog that is seen: single scattering is then as in a fresh view, too,
@@ -259,8 +306,12 @@ static void lit_for_the_first_time(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(draws_stand_for_all),    cmocka_unit_test(fog_in_a_furnace),
-        cmocka_unit_test(fog_before_a_board),     cmocka_unit_test(dimmed_without_a_ray),
+        cmocka_unit_test(draws_stand_for_all),
+        cmocka_unit_test(fog_in_a_furnace),
+        cmocka_unit_test(fog_before_a_board),
+        cmocka_unit_test(cloud_before_nothing),
+        cmocka_unit_test(fewer_vpls),
+        cmocka_unit_test(dimmed_without_a_ray),
         cmocka_unit_test(lit_for_the_first_time),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

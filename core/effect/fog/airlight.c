@@ -136,7 +136,12 @@ static void take_points(struct airlight *a, uint32_t iteration)
 static uint32_t thinning(const struct airlight *a, const struct lum_airlight_pair *pair)
 {
     const struct lum_snapshot *s = a->pass->snapshot;
-    uint32_t n_pairs = s->n_media * s->lights.n_lights, n_alone = a->kept->shared ? a->kept->n - 1 : n_pairs, thin = 1;
+    uint32_t n_scatter = 0, thin = 1;
+    for (uint32_t i = 0; i < s->n_media; i++)
+        n_scatter += !lum_rgb_black(s->media[i].sigma_s);
+    uint32_t n_pairs = n_scatter * s->lights.n_lights, n_alone = n_pairs;
+    if (a->kept->shared && a->kept->n - 1 < n_pairs)
+        n_alone = a->kept->n - 1;
     uint32_t n = pair->alone ? n_alone : n_pairs - n_alone, rays = pair->alone ? RAYS_ALONE : RAYS_SHARED;
     while (thin < N_SUBSETS && n > rays * thin)
         thin *= 2;

@@ -1,10 +1,11 @@
 /* Single scattering in media, for the method `live`: interleaved 4 x 4, each pixel of the pattern looks at one stratum
  * of the distance along its ray.
  *
- *   trace    per pixel and pair of medium and light one point, of many pairs fewer: where the light passes near the ray
- * it is drawn by the angle under which the light sees the ray, which makes halos as even as the rest; else as the
- * medium dims. Strata are in that variable, and only over the part of the ray that the light can reach (the cone of a
- *            spot, the front of a panel). Where in its stratum a point lies changes from tile to tile.
+ *   trace    per pixel and pair of medium and light one point, of many pairs fewer: where the light passes near the
+ *            ray it is drawn by the angle under which the light sees the ray, which makes halos as even as the rest;
+ *            else as the medium dims. Strata are in that variable, and only over the part of the ray that the light
+ *            can reach (the cone of a spot, the front of a panel). Where in its stratum a point lies changes from tile
+ *            to tile.
  *   refine   where the four interleaved quarters of a tile's strata disagree on what is hidden, or its neighbours' do,
  *            by more than is lost in what the tile gets in all, its pixels take further strata, shifted such that all
  *            points of the tile are evenly spaced

@@ -42,11 +42,12 @@ static struct lum_scattered *scattered_of(const struct lum_pass *pass)
     return lum_pass_state(pass, &scattered_kind);
 }
 
-/* A light that shines for the first time moves VPLs, though nothing but powers changed. */
+/* A light that shines for the first time moves VPLs, though nothing but powers changed. Of one that is where it was
+ * what is kept stays true: it is weighed by its importance as it was drawn, whatever that is now. */
 static void begin(const struct lum_pass *pass)
 {
     struct lum_scattered *s = scattered_of(pass);
-    uint64_t places = pass->vpls ? lum_vpl_hash_places(pass->vpls) : 0;
+    uint64_t places = pass->fog_vpls ? lum_vpl_hash_places(pass->fog_vpls) : 0;
     if (places != s->places)
         lum_memo_forget(&s->made);
     s->places = places;
@@ -87,31 +88,47 @@ static float distance_of(const struct sight *s, float f)
     return t;
 }
 
-/* A tile on its way. About 20 KiB: lives on a worker's stack. */
+/* A tile on its way. About 25 KiB: lives on a worker's stack. */
 struct tracing {
     const struct lum_pass *pass;
     struct lum_scattered_tile *tile;
     struct lum_tile_rect r;
     uint32_t number;
-    uint32_t deepest; /* pixel of the tile, row by row, that sees farthest; */
+    uint32_t deepest; /* pixel of the tile, row by row, of those that see fog the one that sees farthest; */
     float tmax;       /* so far */
     struct lum_rays rays;
     struct lum_scattered_node *node[LUM_RAY_BATCH]; /* by ray */
     struct lum_scattered_term term[LUM_RAY_BATCH];
 };
 
-static float depth_at(const struct lum_pass *pass, const struct lum_tile_rect *r, uint32_t pixel)
+static float depth_at(const struct tracing *t, uint32_t pixel)
 {
-    return pass->surfaces->depth[(size_t)(r->y + pixel / r->w) * pass->tiling.w + r->x + pixel % r->w];
+    const struct lum_tile_rect *r = &t->r;
+    return t->pass->surfaces->depth[(size_t)(r->y + pixel / r->w) * t->pass->tiling.w + r->x + pixel % r->w];
 }
 
-static void find_deepest(struct tracing *t)
+static struct sight sight_of_pixel(const struct tracing *t, uint32_t pixel, float tmax)
 {
-    t->deepest = 0;
-    for (uint32_t i = 1; i < t->r.w * t->r.h; i++)
-        if (depth_at(t->pass, &t->r, i) > depth_at(t->pass, &t->r, t->deepest))
-            t->deepest = i;
-    t->tmax = depth_at(t->pass, &t->r, t->deepest);
+    return sight_of(t->pass, t->r.x + pixel % t->r.w, t->r.y + pixel / t->r.w, tmax);
+}
+
+/* False: none sees fog. In most tiles the first that is tried does. */
+static bool find_deepest(struct tracing *t)
+{
+    const uint32_t n = t->r.w * t->r.h;
+    uint32_t at = 0;
+    for (uint32_t i = 1; i < n; i++)
+        if (depth_at(t, i) > depth_at(t, at))
+            at = i;
+    bool found = sight_of_pixel(t, at, depth_at(t, at)).all > 0.0f;
+    for (uint32_t i = 0; i < n && !found; at = i, i++)
+        found = sight_of_pixel(t, i, depth_at(t, i)).all > 0.0f;
+    for (uint32_t i = at + 1; i < n && found; i++)
+        if (depth_at(t, i) > depth_at(t, at) && sight_of_pixel(t, i, depth_at(t, i)).all > 0.0f)
+            at = i;
+    t->deepest = at;
+    t->tmax = depth_at(t, at);
+    return found;
 }
 
 static struct lum_vec2 numbers_for(const struct tracing *t, uint32_t node, uint32_t pair)
@@ -120,49 +137,72 @@ static struct lum_vec2 numbers_for(const struct tracing *t, uint32_t node, uint3
     return lum_sampler_2d(&s, LUM_PAIRS_OF_EFFECT(LUM_EFFECT_SCATTERING) + pair);
 }
 
+struct place {
+    struct sight sight;
+    float t;
+};
+
 /* Where point k is looked for before another pixel is tried: most pixels of most tiles see about as far as the
  * deepest, which is the last. */
 #define TRIES 4u
 
-/* The ray that point k is on: of a pixel drawn among those that see as far. False: no fog is before the deepest. */
-static bool place_node(const struct tracing *t, uint32_t k, struct sight *ret_sight, struct lum_scattered_node *node)
+/* On the ray of a pixel drawn among those that see as far. */
+static struct place place_node(const struct tracing *t, uint32_t k, float f)
 {
-    struct lum_vec2 u = numbers_for(t, k, 0);
-    node->f = ((float)k + u.x) / (float)NODES;
-    for (uint32_t i = 0; i <= TRIES; i++) {
-        uint32_t n = t->r.w * t->r.h, pixel = (uint32_t)(numbers_for(t, k, 1 + i).x * (float)n);
-        if (i == TRIES)
-            pixel = t->deepest;
-        *ret_sight = sight_of(t->pass, t->r.x + pixel % t->r.w, t->r.y + pixel / t->r.w, t->tmax);
-        if (!(ret_sight->all > 0.0f))
+    struct place place;
+    for (uint32_t i = 0; i < TRIES; i++) {
+        uint32_t pixel = (uint32_t)(numbers_for(t, k, 1 + i).x * (float)(t->r.w * t->r.h));
+        place.sight = sight_of_pixel(t, pixel, t->tmax);
+        if (!(place.sight.all > 0.0f))
             continue;
-        node->t = distance_of(ret_sight, node->f);
-        if (i == TRIES || node->t < depth_at(t->pass, &t->r, pixel))
-            return true;
+        place.t = distance_of(&place.sight, f);
+        if (place.t < depth_at(t, pixel))
+            return place;
     }
-    return false;
+    place.sight = sight_of_pixel(t, t->deepest, t->tmax);
+    place.t = distance_of(&place.sight, f);
+    return place;
 }
 
-/* Of the media at p one, drawn by how much they scatter: its phase function. */
-static float asymmetry_at(const struct lum_snapshot *s, struct lum_vec3 p, float u)
+/* All points, by distance: rays enter and leave a medium elsewhere. */
+static void place_nodes(const struct tracing *t, struct place places[NODES])
 {
-    float sum = 0.0f, below = 0.0f, g = 0.0f;
+    struct lum_scattered_tile *tile = t->tile;
+    for (uint32_t k = 0; k < NODES; k++) {
+        tile->node[k].f = ((float)k + numbers_for(t, k, 0).x) / (float)NODES;
+        struct place place = place_node(t, k, tile->node[k].f);
+        tile->from = lum_min(tile->from, place.sight.on.t[0]);
+        tile->to = lum_max(tile->to, place.sight.on.t[place.sight.on.n]);
+        uint32_t i = k;
+        for (; i > 0 && places[i - 1].t > place.t; i--)
+            places[i] = places[i - 1];
+        places[i] = place;
+    }
+    for (uint32_t k = 0; k < NODES; k++)
+        tile->node[k].t = places[k].t;
+}
+
+/* Of the media at p one, drawn by how much they scatter: its phase function; and what all of them take. */
+static void know_fog(const struct lum_snapshot *s, float u, struct lum_vpl_air *inout)
+{
+    const struct lum_vec3 p = inout->p;
+    float sum = 0.0f, below = 0.0f;
     bool in[LUM_MEDIA_MAX];
     for (uint32_t m = 0; m < s->n_media; m++) {
         const struct lum_medium *of = &s->media[m];
         in[m] = p.x >= of->lo.x && p.x <= of->hi.x && p.y >= of->lo.y && p.y <= of->hi.y && p.z >= of->lo.z &&
                 p.z <= of->hi.z;
         sum += in[m] ? lum_luminance(of->sigma_s) : 0.0f;
+        inout->sigma_t += in[m] ? lum_luminance(of->sigma_t) : 0.0f;
     }
     for (uint32_t m = 0; m < s->n_media; m++) {
         if (!in[m] || !(lum_luminance(s->media[m].sigma_s) > 0.0f))
             continue;
-        g = s->media[m].g;
+        inout->g = s->media[m].g;
         below += lum_luminance(s->media[m].sigma_s);
         if (u * sum < below)
             break;
     }
-    return g;
 }
 
 static void see(struct lum_scattered_node *node, struct lum_scattered_term term, struct lum_rgb left)
@@ -174,10 +214,10 @@ static void see(struct lum_scattered_node *node, struct lum_scattered_term term,
 static void look_from(struct tracing *t, const struct sight *sight, uint32_t k)
 {
     struct lum_scattered_node *node = &t->tile->node[k];
-    const struct lum_vpl_set *set = t->pass->vpls;
+    const struct lum_vpl_set *set = t->pass->fog_vpls;
     struct lum_vec2 u = numbers_for(t, k, 0), of_vpls = numbers_for(t, k, 2 + TRIES);
     struct lum_vpl_air at = {.p = lum_v3_mad(sight->o, sight->d, node->t), .to = lum_v3_neg(sight->d)};
-    at.g = asymmetry_at(t->pass->snapshot, at.p, u.y);
+    know_fog(t->pass->snapshot, u.y, &at);
     struct lum_vpl_air_draw draws[DRAWS];
     uint32_t n = lum_vpl_air_draw(set, &at, DRAWS, of_vpls.x, draws);
     for (uint32_t i = 0; i < n; i++) {
@@ -216,22 +256,18 @@ static void trace_rays(struct tracing *t, struct lum_counters *counters)
 static void make_points(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     struct tracing t;
+    struct place places[NODES];
     t.pass = pass;
     t.tile = &scattered_of(pass)->tiles[tile];
     t.r = lum_tile_at(&pass->tiling, tile);
     t.number = tile;
     t.rays.n = 0;
-    t.tile->from = INFINITY;
-    find_deepest(&t);
-    for (uint32_t k = 0; k < NODES; k++) {
-        struct sight sight;
-        t.tile->node[k].n = 0;
-        if (!place_node(&t, k, &sight, &t.tile->node[k]))
-            return;
-        t.tile->from = sight.on.t[0];
-        t.tile->to = sight.on.t[sight.on.n];
-        look_from(&t, &sight, k);
-    }
+    *t.tile = (struct lum_scattered_tile){.from = INFINITY};
+    if (!find_deepest(&t))
+        return;
+    place_nodes(&t, places);
+    for (uint32_t k = 0; k < NODES; k++)
+        look_from(&t, &places[k].sight, k);
     trace_rays(&t, counters);
 }
 
@@ -248,12 +284,12 @@ static void sum_light(const struct lum_vpl_set *set, struct lum_scattered_node *
 static void trace_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     struct lum_scattered *s = scattered_of(pass);
-    if (!pass->vpls || lum_components_enter(pass, LUM_EFFECT_SCATTERING, tile))
+    if (!pass->fog_vpls || lum_components_enter(pass, LUM_EFFECT_SCATTERING, tile))
         return;
     if (lum_memo_advance(&s->made, tile, 0))
         make_points(pass, tile, counters);
     for (uint32_t k = 0; k < NODES; k++)
-        sum_light(pass->vpls, &s->tiles[tile].node[k]);
+        sum_light(pass->fog_vpls, &s->tiles[tile].node[k]);
 }
 
 /* ---- spread ---- */
@@ -314,7 +350,7 @@ static struct lum_rgb mean_around(const struct lum_pass *pass, uint32_t x, uint3
 static void spread_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     (void)counters;
-    if (!pass->vpls || lum_components_enter_filter(pass, LUM_EFFECT_SCATTERING, tile))
+    if (!pass->fog_vpls || lum_components_enter_filter(pass, LUM_EFFECT_SCATTERING, tile))
         return;
     struct lum_rgb *smooth = pass->components->buffer[LUM_EFFECT_SCATTERING].smooth;
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
@@ -340,5 +376,6 @@ const struct lum_estimator lum_estimator_scattered = {
     .state = &scattered_kind,
     .components = LUM_EFFECT_BIT(LUM_EFFECT_SCATTERING),
     .surfaces = true,
+    .vpls = true,
     .then = &spread,
 };

@@ -61,12 +61,15 @@ static enum lum_status run_cache(struct lum_pass *pass, const struct lum_stage_r
     enum lum_status status = lum_records_update(pass->kept_records, pass->caches, &key, &update, err);
     if (status != LUM_OK)
         return status;
-    pass->records = pass->kept_records;
-    runner->stats->cache = pass->records->counts;
-    if (!key.kind->vpls)
+    const struct lum_vpl_set *vpls = key.kind->vpls ? &pass->kept_records->cache->vpls : NULL;
+    pass->fog_vpls = vpls;
+    if (vpls)
+        lum_vpls_count(vpls, runner->stats);
+    if (!pass->on[LUM_EFFECT_INDIRECT_DIFFUSE])
         return LUM_OK;
-    pass->vpls = &pass->records->cache->vpls;
-    lum_vpls_count(pass->vpls, runner->stats);
+    pass->records = pass->kept_records;
+    pass->vpls = vpls;
+    runner->stats->cache = pass->records->counts;
     return LUM_OK;
 }
 
