@@ -22,7 +22,8 @@ struct lum_moment {
     char user[LUM_LIMIT_ID_BYTES + 1];                                            /* "": several */
     lum_id group;                                                                 /* lum_ops.undo_group */
     char name[LUM_LIMIT_MOMENT_NAME_BYTES + 1], named_by[LUM_LIMIT_ID_BYTES + 1]; /* "": it has none */
-    struct lum_changes changes; /* since the moment before; of the first: none */
+    struct lum_changes changes; /* since the moment before; of the first: none. In any order */
+    bool by_id;                 /* they are sorted by id */
 };
 
 /* From now on moments are kept, and this is the first. What was kept before is forgotten. */

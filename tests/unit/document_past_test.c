@@ -228,6 +228,56 @@ static void thinned_it_has_named_moments_alone(void **state)
     lum_document_destroy(doc);
 }
 
+/* Of a random past all but what has a name is joined, in the place of the older; what is held on to is then the sum of
+ * what each moment holds on to. */
+static void what_is_joined_leads_where_they_led(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 1; seed <= 4 * SEEDS; seed++) {
+        struct rng r = {seed};
+        struct lum_document *doc = lum_document_create();
+        struct lum_proto_error err = {0};
+        char *texts[4 * STEPS] = {NULL};
+        must(doc, "(scene)", "[" LIGHT("l") "]");
+        lum_document_begin_past(doc);
+        for (int i = 0; i < STEPS; i++) {
+            uint64_t rev = lum_document_rev(doc);
+            free(texts[rev]);
+            texts[rev] = document_text(doc);
+            if (rng_below(&r, 8) == 0)
+                assert_true(lum_document_name_moment(doc, "ann", rev, "here", &err));
+            wander(doc, &r);
+        }
+        size_t n_before = lum_document_n_moments(doc);
+        lum_document_thin_past(doc);
+        size_t n = lum_document_n_moments(doc);
+        assert_true(n > 2 && n < n_before);
+        struct lum_held held = {0};
+        for (size_t i = 1; i < n; i++) {
+            const struct lum_changes *c = &lum_document_moment(doc, i)->changes;
+            assert_true(lum_held_add(&held, c));
+            for (size_t k = 0; k < c->n; k++)
+                assert_ptr_not_equal(c->changes[k].before, c->changes[k].after);
+        }
+        assert_int_equal(held.n_bytes, doc->past.held.n_bytes);
+        assert_int_equal(held.records.n, doc->past.held.records.n);
+        lum_held_finish(&held);
+        uint64_t revs[2 * STEPS];
+        for (size_t i = 0; i < n; i++)
+            revs[i] = lum_document_moment(doc, i)->rev;
+        for (size_t i = 0; i + 1 < n; i++) {
+            assert_true(revert(doc, "dan", revs[i], &err) || strcmp(err.app, "conflict") == 0); /* it is that already */
+            char *text = document_text(doc);
+            if (texts[revs[i]] && strcmp(text, texts[revs[i]]) != 0)
+                fail_msg("seed %u: revision %u is not what it was", (unsigned)seed, (unsigned)revs[i]);
+            free(text);
+        }
+        for (size_t i = 0; i < LUM_ARRAY_LEN(texts); i++)
+            free(texts[i]);
+        lum_document_destroy(doc);
+    }
+}
+
 static void names_are_limited(void **state)
 {
     (void)state;
@@ -302,6 +352,7 @@ int main(void)
         cmocka_unit_test(what_is_taken_back_never_was),
         cmocka_unit_test(the_oldest_are_joined_but_named_ones),
         cmocka_unit_test(thinned_it_has_named_moments_alone),
+        cmocka_unit_test(what_is_joined_leads_where_they_led),
         cmocka_unit_test(names_are_limited),
         cmocka_unit_test(bytes_are_limited),
         cmocka_unit_test(an_id_of_another_type_is_a_conflict),
