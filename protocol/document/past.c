@@ -343,11 +343,15 @@ void lum_past_take_back(struct lum_document *doc, const struct lum_changes *chan
 {
     struct lum_past *p = &doc->past;
     struct lum_moment *last = newest(p);
-    if (!p->kept || p->n == 0 || last->rev != doc->rev)
+    if (!p->kept || last->rev <= doc->rev)
         return;
+    if (p->n == 0) { /* what stood before was forgotten: it is now again, and is the first */
+        lum_document_begin_past(doc);
+        return;
+    }
     struct lum_changes inverse, rest;
     const struct lum_changes *one = changes, *parts[] = {&last->changes, &inverse};
-    last->rev--;
+    last->rev = doc->rev;
     if (--last->n_edits == 0) {
         p->n--;
         moment_destroy(p, last);

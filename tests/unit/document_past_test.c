@@ -182,6 +182,32 @@ static void what_is_taken_back_never_was(void **state)
     lum_document_destroy(doc);
 }
 
+/* Where what stood before was forgotten, as too large, now is a moment all the same. */
+static void now_is_a_moment_whatever_is_taken_back(void **state)
+{
+    (void)state;
+    struct lum_document *doc = lum_document_create();
+    struct lum_proto_error err = {0};
+    struct lum_changes changes[3], none;
+    must(doc, "ann", "[" LIGHT("l") "]");
+    for (int i = 0; i < 3; i++)
+        changes[i] = changes_of(doc, "[" SET("l", "/flux_lm", "50") "]");
+    lum_document_begin_past(doc);
+    for (int i = 3; i-- > 0;) {
+        lum_document_rollback(doc, &changes[i]);
+        lum_changes_finish(&changes[i]);
+        assert_int_equal(lum_document_n_moments(doc), 1);
+        assert_int_equal(lum_document_moment(doc, 0)->rev, lum_document_rev(doc));
+        if (!lum_document_changes_to(doc, lum_document_rev(doc), &none, &err))
+            fail_msg("%s", err.text);
+        assert_int_equal(none.n, 0);
+        lum_changes_finish(&none);
+    }
+    set(doc, "ann", "l", 3, "");
+    assert_true(revert(doc, "ann", 1, &err) && flux(doc, "l") == 800.0);
+    lum_document_destroy(doc);
+}
+
 /* One below the limit, at it, and above, where the two oldest without a name become one. */
 static void the_oldest_are_joined_but_named_ones(void **state)
 {
@@ -350,6 +376,7 @@ int main(void)
         cmocka_unit_test(a_branch_keeps_what_it_left),
         cmocka_unit_test(a_drag_is_one_moment),
         cmocka_unit_test(what_is_taken_back_never_was),
+        cmocka_unit_test(now_is_a_moment_whatever_is_taken_back),
         cmocka_unit_test(the_oldest_are_joined_but_named_ones),
         cmocka_unit_test(thinned_it_has_named_moments_alone),
         cmocka_unit_test(what_is_joined_leads_where_they_led),
