@@ -443,7 +443,7 @@ bool lum_document_revert(struct lum_document *doc, const char *user, uint64_t re
 /* ---- names ---- */
 
 bool lum_document_name_moment(struct lum_document *doc, const char *user, uint64_t rev, const char *name,
-                              struct lum_proto_error *err)
+                              struct lum_moment_name *ret_was, struct lum_proto_error *err)
 {
     const struct lum_past *p = &doc->past;
     size_t i = find(doc, rev, err), n_named = 0;
@@ -455,9 +455,28 @@ bool lum_document_name_moment(struct lum_document *doc, const char *user, uint64
     if (name[0] && n_named >= LUM_LIMIT_MOMENTS)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "name",
                               "%u moments have names: take one away that nobody needs", LUM_LIMIT_MOMENTS);
+    if (ret_was) {
+        ret_was->rev = m->rev;
+        memcpy(ret_was->name, m->name, sizeof ret_was->name);
+        memcpy(ret_was->by, m->named_by, sizeof ret_was->by);
+    }
     snprintf(m->name, sizeof m->name, "%s", name);
     snprintf(m->named_by, sizeof m->named_by, "%s", name[0] ? user : "");
     return true;
+}
+
+bool lum_document_name_back(struct lum_document *doc, const struct lum_moment_name *was)
+{
+    struct lum_past *p = &doc->past;
+    for (size_t i = 0; i < lum_document_n_moments(doc); i++) {
+        struct lum_moment *m = at(p, i);
+        if (m->rev != was->rev)
+            continue;
+        memcpy(m->name, was->name, sizeof m->name);
+        memcpy(m->named_by, was->by, sizeof m->named_by);
+        return true;
+    }
+    return false;
 }
 
 /* ---- kept, and read again ---- */

@@ -150,7 +150,7 @@ static void a_drag_is_one_moment(void **state)
     assert_true(m->rev == 10 && m->n_edits == 9 && m->at_ms == 1008 && m->changes.n == 1);
     assert_false(revert(doc, "ann", 5, &err)); /* in the middle of it */
     assert_non_null(strstr(err.text, "nearest moment is revision 1"));
-    assert_true(lum_document_name_moment(doc, "bob", 10, "bright", &err));
+    assert_true(lum_document_name_moment(doc, "bob", 10, "bright", NULL, &err));
     set(doc, "ann", "l", 77, "drag-1"); /* a name stays where it was given */
     set(doc, "bob", "k", 1, "drag-1");  /* and this is another's */
     assert_int_equal(lum_document_n_moments(doc), 4);
@@ -220,7 +220,7 @@ static void the_oldest_are_joined_but_named_ones(void **state)
         for (unsigned i = 0; i < n; i++) {
             set(doc, i < 4 ? "ann" : "bob", "l", i + 1, "");
             if (i == 0)
-                assert_true(lum_document_name_moment(doc, "ann", 2, "first", &err));
+                assert_true(lum_document_name_moment(doc, "ann", 2, "first", NULL, &err));
         }
         bool joined = n > LUM_LIMIT_PAST_STEPS;
         assert_int_equal(lum_document_n_moments(doc), (joined ? LUM_LIMIT_PAST_STEPS : n) + 1);
@@ -244,7 +244,7 @@ static void thinned_it_has_named_moments_alone(void **state)
         set(doc, "ann", "l", i, "");
     must(doc, "ann", "[" LIGHT("gone") "]");
     must(doc, "ann", "[" REMOVE("gone") "]");
-    assert_true(lum_document_name_moment(doc, "ann", 4, "here", &err));
+    assert_true(lum_document_name_moment(doc, "ann", 4, "here", NULL, &err));
     lum_document_thin_past(doc);
     assert_int_equal(lum_document_n_moments(doc), 3);
     assert_int_equal(lum_document_moment(doc, 2)->changes.n, 1); /* what came and went is no more */
@@ -271,7 +271,7 @@ static void what_is_joined_leads_where_they_led(void **state)
             free(texts[rev]);
             texts[rev] = document_text(doc);
             if (rng_below(&r, 8) == 0)
-                assert_true(lum_document_name_moment(doc, "ann", rev, "here", &err));
+                assert_true(lum_document_name_moment(doc, "ann", rev, "here", NULL, &err));
             wander(doc, &r);
         }
         size_t n_before = lum_document_n_moments(doc);
@@ -313,15 +313,44 @@ static void names_are_limited(void **state)
     lum_document_begin_past(doc);
     for (unsigned i = 0; i <= LUM_LIMIT_MOMENTS; i++) {
         set(doc, "ann", "l", i, "");
-        assert_int_equal(lum_document_name_moment(doc, "ann", i + 2, "a name", &err), i < LUM_LIMIT_MOMENTS);
+        assert_int_equal(lum_document_name_moment(doc, "ann", i + 2, "a name", NULL, &err), i < LUM_LIMIT_MOMENTS);
     }
     assert_string_equal(err.app, "limit_exceeded");
-    assert_true(lum_document_name_moment(doc, "bob", 5, "another", &err)); /* in place of one */
+    assert_true(lum_document_name_moment(doc, "bob", 5, "another", NULL, &err)); /* in place of one */
     assert_string_equal(lum_document_moment(doc, 4)->named_by, "bob");
-    assert_true(lum_document_name_moment(doc, "bob", 5, "", &err));
-    assert_true(lum_document_name_moment(doc, "bob", LUM_LIMIT_MOMENTS + 2, "room for one", &err));
-    assert_false(lum_document_name_moment(doc, "bob", 0, "nothing", &err));
+    assert_true(lum_document_name_moment(doc, "bob", 5, "", NULL, &err));
+    assert_true(lum_document_name_moment(doc, "bob", LUM_LIMIT_MOMENTS + 2, "room for one", NULL, &err));
+    assert_false(lum_document_name_moment(doc, "bob", 0, "nothing", NULL, &err));
     assert_string_equal(err.app, "not_found");
+    lum_document_destroy(doc);
+}
+
+/* A name tells the moment that has it, also where the revision is of an edit that was taken back; and it can go back.
+ */
+static void a_name_can_be_taken_back(void **state)
+{
+    (void)state;
+    struct lum_document *doc = lum_document_create();
+    struct lum_proto_error err = {0};
+    struct lum_moment_name first, second, third;
+    must(doc, "ann", "[" LIGHT("l") "]");
+    lum_document_begin_past(doc);
+    set(doc, "ann", "l", 1, "");
+    lum_document_raise_rev(doc, 9);
+    assert_true(lum_document_name_moment(doc, "ann", 5, "one", &first, &err));
+    assert_true(lum_document_name_moment(doc, "bob", 2, "two", &second, &err));
+    assert_true(first.rev == 2 && first.name[0] == '\0' && second.rev == 2);
+    const struct lum_moment *m = lum_document_moment(doc, 1);
+    assert_true(lum_document_name_back(doc, &second));
+    assert_string_equal(m->name, "one");
+    assert_string_equal(m->named_by, "ann");
+    assert_true(lum_document_name_back(doc, &first));
+    assert_true(m->name[0] == '\0' && m->named_by[0] == '\0');
+    struct lum_changes changes = changes_of(doc, "[" SET("l", "/flux_lm", "50") "]");
+    assert_true(lum_document_name_moment(doc, "ann", 10, "three", &third, &err));
+    lum_document_rollback(doc, &changes);
+    lum_changes_finish(&changes);
+    assert_false(lum_document_name_back(doc, &third));
     lum_document_destroy(doc);
 }
 
@@ -381,6 +410,7 @@ int main(void)
         cmocka_unit_test(thinned_it_has_named_moments_alone),
         cmocka_unit_test(what_is_joined_leads_where_they_led),
         cmocka_unit_test(names_are_limited),
+        cmocka_unit_test(a_name_can_be_taken_back),
         cmocka_unit_test(bytes_are_limited),
         cmocka_unit_test(an_id_of_another_type_is_a_conflict),
     };
