@@ -272,12 +272,14 @@ static void what_is_joined_leads_where_they_led(void **state)
             texts[rev] = document_text(doc);
             if (rng_below(&r, 8) == 0)
                 assert_true(lum_document_name_moment(doc, "ann", rev, "here", NULL, &err));
+            if (rng_below(&r, 8) == 0)
+                lum_document_thin_past(doc); /* a drag goes on behind it */
             wander(doc, &r);
         }
         size_t n_before = lum_document_n_moments(doc);
         lum_document_thin_past(doc);
         size_t n = lum_document_n_moments(doc);
-        assert_true(n > 2 && n < n_before);
+        assert_true(n > 2 && n <= n_before && n < STEPS / 2);
         struct lum_held held = {0};
         for (size_t i = 1; i < n; i++) {
             const struct lum_changes *c = &lum_document_moment(doc, i)->changes;
@@ -302,6 +304,27 @@ static void what_is_joined_leads_where_they_led(void **state)
             free(texts[i]);
         lum_document_destroy(doc);
     }
+}
+
+/* What was joined goes on as a drag, in whose order ids are not sorted, and is joined again. */
+static void a_drag_goes_on_from_what_was_joined(void **state)
+{
+    (void)state;
+    struct lum_document *doc = lum_document_create();
+    struct lum_proto_error err = {0};
+    must(doc, "ann", "[" LIGHT("l") "]");
+    lum_document_begin_past(doc);
+    must(doc, "ann", "[" MESH("z") "," LIGHT("a") "]");
+    set(doc, "ann", "l", 1, "drag");
+    lum_document_thin_past(doc);
+    set(doc, "ann", "l", 2, "drag");
+    assert_int_equal(lum_document_n_moments(doc), 2);
+    must(doc, "ann", "[" REMOVE("z") "]");
+    lum_document_thin_past(doc);
+    assert_int_equal(lum_document_n_moments(doc), 2);
+    assert_int_equal(lum_document_moment(doc, 1)->changes.n, 2); /* the mesh came and went */
+    assert_true(revert(doc, "ann", 1, &err) && flux(doc, "l") == 800.0 && document_whole(doc));
+    lum_document_destroy(doc);
 }
 
 static void names_are_limited(void **state)
@@ -409,6 +432,7 @@ int main(void)
         cmocka_unit_test(the_oldest_are_joined_but_named_ones),
         cmocka_unit_test(thinned_it_has_named_moments_alone),
         cmocka_unit_test(what_is_joined_leads_where_they_led),
+        cmocka_unit_test(a_drag_goes_on_from_what_was_joined),
         cmocka_unit_test(names_are_limited),
         cmocka_unit_test(a_name_can_be_taken_back),
         cmocka_unit_test(bytes_are_limited),
