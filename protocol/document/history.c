@@ -297,8 +297,8 @@ void lum_document_rollback(struct lum_document *doc, const struct lum_changes *c
 {
     for (size_t i = changes->n; i-- > 0;)
         lum_table_change(&doc->table, changes->changes[i].after, changes->changes[i].before);
-    lum_past_take_back(doc, changes);
     doc->rev--;
+    lum_past_take_back(doc, changes);
     if (doc->last.action == LUM_ACTION_APPLY && doc->last.history)
         entry_destroy(doc->last.history, doc->last.entry);
     doc->last = (struct lum_last_action){0};

@@ -90,7 +90,7 @@ void lum_past_finish(struct lum_past *p);
 /* Takes note of what made this revision. Without memory all moments but now are forgotten: an edit never fails for it.
  */
 void lum_past_note(struct lum_document *doc, const struct lum_past_edit *edit, const struct lum_changes *changes);
-/* This revision is about to be taken back. */
+/* The revision above this one was taken back. */
 void lum_past_take_back(struct lum_document *doc, const struct lum_changes *changes);
 bool lum_past_take_state(const struct lum_document *doc, struct lum_past_state *ret); /* both false: memory is short */
 bool lum_past_put_state(struct lum_document *doc, const struct lum_past_state *s);

@@ -148,6 +148,79 @@ static bool exchange(struct lum_past *p, struct lum_moment *m, struct lum_change
     lum_held_drop(&p->held, &m->changes);
     lum_changes_finish(&m->changes);
     m->changes = *changes;
+    m->by_id = false;
+    return true;
+}
+
+/* ---- joining ---- */
+
+static const char *id_of(const struct lum_change *c)
+{
+    return (c->after ? c->after : c->before)->id;
+}
+
+static int by_id(const void *a, const void *b)
+{
+    return strcmp(id_of(a), id_of(b));
+}
+
+static void sort_by_id(struct lum_moment *m)
+{
+    if (!m->by_id && m->changes.n)
+        qsort(m->changes.changes, m->changes.n, sizeof *m->changes.changes, by_id);
+    m->by_id = true;
+}
+
+/* Where the id stands among the first n, or would. */
+static size_t place_of(const struct lum_change *sorted, size_t n, const char *id)
+{
+    size_t low = 0;
+    while (low < n) {
+        size_t middle = low + (n - low) / 2;
+        if (strcmp(id_of(&sorted[middle]), id) < 0)
+            low = middle + 1;
+        else
+            n = middle;
+    }
+    return low;
+}
+
+/* What `two` does comes after what `one` does, in the place of one: both are sorted by id, and so is the sum. Costs
+ * what two has, and moving the bytes of one: the oldest moment may have all records of a scene, and each new one joins
+ * its neighbours. *ret_gone: the references that neither needs any more. False: memory is short, and both are as they
+ * were. */
+static bool fold(struct lum_changes *one, struct lum_changes *two, struct lum_changes *ret_gone)
+{
+    struct lum_changes gone = {.changes = calloc(2 * two->n + 1, sizeof *gone.changes)};
+    struct lum_change *all = gone.changes ? realloc(one->changes, (one->n + two->n + 1) * sizeof *all) : NULL;
+    if (!all) {
+        free(gone.changes);
+        return false;
+    }
+    size_t end = one->n, n = one->n + two->n,
+           top = n; /* from behind: those below end wait, those from top on are done */
+    for (size_t k = two->n; k-- > 0;) {
+        struct lum_change c = two->changes[k];
+        size_t at = place_of(all, end, id_of(&c));
+        bool known = at < end && strcmp(id_of(&all[at]), id_of(&c)) == 0;
+        size_t n_behind = end - at - known;
+        if (known) {
+            gone.changes[gone.n++] = (struct lum_change){all[at].after, c.before};
+            c.before = all[at].before;
+        }
+        top -= n_behind;
+        memmove(&all[top], &all[at + known], n_behind * sizeof *all);
+        end = at;
+        if (known && c.before == c.after)
+            gone.changes[gone.n++] = c;
+        else
+            all[--top] = c;
+    }
+    memmove(&all[end], &all[top], (n - top) * sizeof *all);
+    free(two->changes);
+    *one = (struct lum_changes){all, end + n - top};
+    *two = (struct lum_changes){0};
+    *ret_gone = gone;
     return true;
 }
 
@@ -156,16 +229,20 @@ static bool join(struct lum_document *doc, size_t i)
 {
     struct lum_past *p = &doc->past;
     struct lum_moment *one = p->steps[i], *two = p->steps[i + 1];
-    const struct lum_changes *parts[] = {&one->changes, &two->changes};
-    struct lum_changes both;
-    if (!sum_of(&doc->table, parts, 2, false, &both) || !exchange(p, two, &both))
+    struct lum_changes gone;
+    sort_by_id(one);
+    sort_by_id(two);
+    if (!fold(&one->changes, &two->changes, &gone))
         return false;
+    lum_held_drop(&p->held, &gone); /* it has as many as the two have less, and the step that is no more */
+    lum_changes_finish(&gone);
+    two->changes = one->changes;
     two->n_edits += one->n_edits;
     two->n_joined += one->n_joined;
     if (strcmp(one->user, two->user) != 0)
         two->user[0] = '\0';
     two->did = LUM_PAST_APPLY;
-    moment_destroy(p, one);
+    free(one);
     memmove(p->steps + i, p->steps + i + 1, (--p->n - i) * sizeof(struct lum_moment *));
     return true;
 }
@@ -197,8 +274,10 @@ static void limit(struct lum_document *doc)
 void lum_document_thin_past(struct lum_document *doc)
 {
     struct lum_past *p = &doc->past;
-    for (size_t i = p->n; i-- > 1;)
-        if (!p->steps[i - 1]->name[0] && !join(doc, i - 1))
+    for (size_t i = 0; i + 1 < p->n;)
+        if (p->steps[i]->name[0])
+            i++;
+        else if (!join(doc, i))
             return; /* without memory there are more of them */
 }
 
@@ -264,11 +343,15 @@ void lum_past_take_back(struct lum_document *doc, const struct lum_changes *chan
 {
     struct lum_past *p = &doc->past;
     struct lum_moment *last = newest(p);
-    if (!p->kept || p->n == 0 || last->rev != doc->rev)
+    if (!p->kept || last->rev <= doc->rev)
         return;
+    if (p->n == 0) { /* what stood before was forgotten: it is now again, and is the first */
+        lum_document_begin_past(doc);
+        return;
+    }
     struct lum_changes inverse, rest;
     const struct lum_changes *one = changes, *parts[] = {&last->changes, &inverse};
-    last->rev--;
+    last->rev = doc->rev;
     if (--last->n_edits == 0) {
         p->n--;
         moment_destroy(p, last);
@@ -360,7 +443,7 @@ bool lum_document_revert(struct lum_document *doc, const char *user, uint64_t re
 /* ---- names ---- */
 
 bool lum_document_name_moment(struct lum_document *doc, const char *user, uint64_t rev, const char *name,
-                              struct lum_proto_error *err)
+                              struct lum_moment_name *ret_was, struct lum_proto_error *err)
 {
     const struct lum_past *p = &doc->past;
     size_t i = find(doc, rev, err), n_named = 0;
@@ -372,9 +455,28 @@ bool lum_document_name_moment(struct lum_document *doc, const char *user, uint64
     if (name[0] && n_named >= LUM_LIMIT_MOMENTS)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "name",
                               "%u moments have names: take one away that nobody needs", LUM_LIMIT_MOMENTS);
+    if (ret_was) {
+        ret_was->rev = m->rev;
+        memcpy(ret_was->name, m->name, sizeof ret_was->name);
+        memcpy(ret_was->by, m->named_by, sizeof ret_was->by);
+    }
     snprintf(m->name, sizeof m->name, "%s", name);
     snprintf(m->named_by, sizeof m->named_by, "%s", name[0] ? user : "");
     return true;
+}
+
+bool lum_document_name_back(struct lum_document *doc, const struct lum_moment_name *was)
+{
+    struct lum_past *p = &doc->past;
+    for (size_t i = 0; i < lum_document_n_moments(doc); i++) {
+        struct lum_moment *m = at(p, i);
+        if (m->rev != was->rev)
+            continue;
+        memcpy(m->name, was->name, sizeof m->name);
+        memcpy(m->named_by, was->by, sizeof m->named_by);
+        return true;
+    }
+    return false;
 }
 
 /* ---- kept, and read again ---- */

@@ -22,7 +22,8 @@ struct lum_moment {
     char user[LUM_LIMIT_ID_BYTES + 1];                                            /* "": several */
     lum_id group;                                                                 /* lum_ops.undo_group */
     char name[LUM_LIMIT_MOMENT_NAME_BYTES + 1], named_by[LUM_LIMIT_ID_BYTES + 1]; /* "": it has none */
-    struct lum_changes changes; /* since the moment before; of the first: none */
+    struct lum_changes changes; /* since the moment before; of the first: none. In any order */
+    bool by_id;                 /* they are sorted by id */
 };
 
 /* From now on moments are kept, and this is the first. What was kept before is forgotten. */
@@ -45,8 +46,15 @@ bool lum_document_changes_to(const struct lum_document *doc, uint64_t rev, struc
 bool lum_document_revert(struct lum_document *doc, const char *user, uint64_t rev, struct lum_changes *ret_changes,
                          struct lum_proto_error *err);
 
-/* Gives the moment a name, in place of the one that it had; "": takes it away. No edit: there is no revision of it. */
+struct lum_moment_name {
+    uint64_t rev; /* the moment's own: that of an edit that was taken back stands for the one before it */
+    char name[LUM_LIMIT_MOMENT_NAME_BYTES + 1], by[LUM_LIMIT_ID_BYTES + 1];
+};
+/* Gives the moment a name, in place of the one that it had (*ret_was, which may be NULL); "": takes it away. No edit:
+ * there is no revision of it. */
 bool lum_document_name_moment(struct lum_document *doc, const char *user, uint64_t rev, const char *name,
-                              struct lum_proto_error *err);
+                              struct lum_moment_name *ret_was, struct lum_proto_error *err);
+/* It has that name again. False: there is no such moment any more. */
+bool lum_document_name_back(struct lum_document *doc, const struct lum_moment_name *was);
 
 #endif

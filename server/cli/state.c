@@ -267,6 +267,13 @@ static enum lum_status compact(const char *path, struct lum_error *err)
     close_state(&s);
     for (int i = 0; i < 2 && !st; i++)
         st = begin_anew(path, err);
+    if (st)
+        return st;
+    st = open_state(path, stderr, &s, err); /* what was removed is gone: is what stands in its place whole? */
+    if (!st && s.recovery.n_damages)
+        st = lum_fail(err, LUM_ERR_INVALID, "state",
+                      "%.100s was written anew, and is damaged: keep a copy of it, and report", path);
+    close_state(&s);
     return st;
 }
 

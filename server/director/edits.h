@@ -4,6 +4,7 @@
 
 #include <pthread.h>
 
+#include "protocol/document/past.h"
 #include "server/director/request.h"
 #include "server/import/expand.h"
 #include "server/world/world.h"
@@ -11,7 +12,7 @@
 struct lum_director;
 struct lum_entry;
 
-/* An edit that is applied and not committed yet. */
+/* An edit that is applied and not committed yet; or a name of a moment that waits for the journal. */
 struct lum_staged_edit {
     struct lum_staged_edit *next; /* the one before it: taken back first to last */
     struct lum_request *request;
@@ -20,6 +21,8 @@ struct lum_staged_edit {
     struct lum_expansion expansion; /* warnings for the reply */
     struct lum_entry *entry;        /* for the journal; NULL: nothing is kept */
     uint64_t seq;                   /* of the entry, once it is submitted */
+    bool is_name;                   /* it has nothing but seq and this: */
+    struct lum_moment_name was;     /* the one before */
 };
 
 struct lum_import_job {

@@ -6,7 +6,7 @@
  *
  * If the journal fails, edits that are not durable are taken back: their replies become refusals, and since others may
  * see them in pictures, the taking back is a new revision, announced like any edit. Until the journal can write again
- * edits are refused. */
+ * edits are refused. Names of moments go the same way, but for revisions: they make none. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -218,19 +218,34 @@ void lum_director_note(struct lum_director *d, enum lum_entry_kind kind, const c
     submit(d, e, lum_document_rev(d->world.doc), &seq);
 }
 
-uint64_t lum_director_note_name(struct lum_director *d, const struct lum_request *q)
+uint64_t lum_director_note_name(struct lum_director *d, const struct lum_request *q, const struct lum_moment_name *was)
 {
     struct lum_entry *e = d->journal ? lum_entry_create(LUM_ENTRY_NAME, q->user) : NULL;
-    uint64_t seq = 0;
-    if (!e) {
+    struct lum_staged_edit *p = e ? lum_calloc(1, sizeof *p) : NULL;
+    if (!p) {
+        lum_entry_destroy(e);
         lum_director_save_histories(d);
         return 0;
     }
-    e->of = q->rev;
+    e->of = was->rev;
     memcpy(e->name, q->name, sizeof e->name); /* it is not longer */
     lum_director_set_time(d, e);
-    submit(d, e, lum_document_rev(d->world.doc), &seq);
+    *p =
+        (struct lum_staged_edit){.entry = e, .scene_rev = lum_document_rev(d->world.doc), .is_name = true, .was = *was};
+    lum_director_submit(d, p);
+    uint64_t seq = p->seq;
+    lum_director_keep_unsaved(d, p);
     return seq;
+}
+
+void lum_director_tell_name(struct lum_director *d, uint64_t rev, const char *name, const char *user)
+{
+    cJSON *params = cJSON_CreateObject();
+    lum_json_add_number(params, "scene_rev", (double)rev);
+    lum_json_add_string(params, "name", name);
+    lum_json_add_string(params, "user", user);
+    lum_director_send(d, LUM_OUT_BROADCAST, (struct lum_session_ref){0},
+                      lum_rpc_notification("timeline.named", params));
 }
 
 void lum_director_save_histories(struct lum_director *d)
@@ -303,17 +318,25 @@ static struct lum_staged_edit *reversed(struct lum_staged_edit *list)
     return out;
 }
 
-/* Takes all of them back, newest first, and publishes. The revision goes on, one for each. Returns what changed of
+/* Takes all of them back, newest first, and publishes. The revision goes on, one for each edit. Returns what changed of
  * objects that shine. */
 static cJSON *roll_back(struct lum_director *d, const struct lum_staged_edit *newest_first)
 {
     struct lum_error e;
-    const struct lum_snapshot *was = lum_snapshot_ref(d->world.snapshot);
     uint64_t rev = lum_document_rev(d->world.doc);
+    bool edits = false;
     for (const struct lum_staged_edit *p = newest_first; p; p = p->next) {
+        if (p->is_name) {
+            lum_document_name_back(d->world.doc, &p->was);
+            continue;
+        }
         lum_world_rollback(&d->world, &p->changes);
         rev++;
+        edits = true;
     }
+    if (!edits)
+        return NULL;
+    const struct lum_snapshot *was = lum_snapshot_ref(d->world.snapshot);
     lum_document_raise_rev(d->world.doc, rev);
     if (lum_world_commit(&d->world, &e))
         lum_log(&d->config.log, LUM_LOG_ERROR, "director", "edits that were taken back still show: %s", e.text);
@@ -323,6 +346,22 @@ static cJSON *roll_back(struct lum_director *d, const struct lum_staged_edit *ne
     cJSON *emits = lum_luminaires_changes(was, d->world.snapshot);
     lum_snapshot_unref(was);
     return emits;
+}
+
+/* Revisions of edits go on from `rev`, and the last of them has `emits` (taken over): it is as after all. */
+static void tell_lost(struct lum_director *d, struct lum_staged_edit *lost, uint64_t rev, cJSON *emits)
+{
+    for (struct lum_staged_edit *p = lost, *next; p; p = next) {
+        next = p->next;
+        if (p->is_name) {
+            lum_director_tell_name(d, p->was.rev, p->was.name, "(server)");
+        } else {
+            bool last = ++rev == lum_document_rev(d->world.doc);
+            lum_director_audit_lost(d, p, rev);
+            announce_inverse(d, p, rev, last ? emits : NULL);
+        }
+        lum_director_free_edit(p);
+    }
 }
 
 static void take_back_lost(struct lum_director *d, uint64_t durable, const char *why)
@@ -339,14 +378,8 @@ static void take_back_lost(struct lum_director *d, uint64_t durable, const char 
     lum_proto_fail(&err, LUM_PROTO_APPLICATION, "io", "", "the edit could not be saved, and is taken back: %.180s",
                    why);
     lum_director_refuse_lost(d, durable, &err);
-    bool changed = lost != NULL;
-    for (struct lum_staged_edit *p = lost, *next; p; p = next) {
-        next = p->next;
-        lum_director_audit_lost(d, p, ++rev);
-        announce_inverse(d, p, rev, next ? NULL : emits); /* with the last: they are as after all */
-        lum_director_free_edit(p);
-    }
-    if (changed)
+    tell_lost(d, lost, rev, emits);
+    if (lum_document_rev(d->world.doc) != rev)
         lum_director_refresh_views(d, lum_clock_ns());
 }
 

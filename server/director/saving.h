@@ -24,8 +24,10 @@ void lum_director_keep_unsaved(struct lum_director *d, struct lum_staged_edit *p
 /* Notes that are no edits: the user left; her undo (or redo) of the step `of` found a conflict, which forgot it. */
 void lum_director_note(struct lum_director *d, enum lum_entry_kind kind, const char *user, const char *op_id,
                        uint64_t of);
-/* A moment has another name. Returns the number of the journal's entry; 0: nothing is kept. */
-uint64_t lum_director_note_name(struct lum_director *d, const struct lum_request *q);
+/* A moment has another name. Returns the number of the journal's entry; 0: nothing is kept. The one that it had comes
+ * back if that entry is lost. */
+uint64_t lum_director_note_name(struct lum_director *d, const struct lum_request *q, const struct lum_moment_name *was);
+void lum_director_tell_name(struct lum_director *d, uint64_t rev, const char *name, const char *user);
 /* Once a turn, with no edit staged: frees what is durable, takes back what is lost, gives the journal its snapshots. */
 void lum_director_turn_saving(struct lum_director *d);
 /* Histories are not what the journal's entries tell: a snapshot shall. */

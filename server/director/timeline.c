@@ -8,7 +8,6 @@
 #include <cjson/cJSON.h>
 
 #include "protocol/json/json.h"
-#include "protocol/message/rpc.h"
 #include "protocol/record/field.h"
 #include "server/director/read_request.h"
 #include "server/director/saving.h"
@@ -124,18 +123,15 @@ static bool read_name(struct lum_json_reader *r, struct lum_request *q)
 static void name(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_proto_error err;
-    if (!lum_director_may_edit(d, &err) || !lum_document_name_moment(d->world.doc, q->user, q->rev, q->name, &err)) {
+    struct lum_moment_name was;
+    if (!lum_director_may_edit(d, &err) ||
+        !lum_document_name_moment(d->world.doc, q->user, q->rev, q->name, &was, &err)) {
         lum_director_refuse(d, q, &err);
         return;
     }
-    uint64_t seq = lum_director_note_name(d, q);
+    uint64_t seq = lum_director_note_name(d, q, &was);
     lum_director_reply_edit(d, q, cJSON_CreateObject(), seq);
-    cJSON *params = cJSON_CreateObject();
-    lum_json_add_number(params, "scene_rev", (double)q->rev);
-    lum_json_add_string(params, "name", q->name);
-    lum_json_add_string(params, "user", q->user);
-    lum_director_send(d, LUM_OUT_BROADCAST, (struct lum_session_ref){0},
-                      lum_rpc_notification("timeline.named", params));
+    lum_director_tell_name(d, was.rev, q->name, q->user);
 }
 
 const struct lum_request_type lum_request_timeline_name = {.name = "timeline.name", .read = read_name, .answer = name};

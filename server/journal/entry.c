@@ -219,7 +219,7 @@ static bool do_again(struct reading *e, struct lum_proto_error *err, char why[25
     if (e->kind == LUM_ENTRY_REVERT)
         ok = lum_document_revert(doc, e->user, (uint64_t)e->of, &changes, err) || refused(err->text, why);
     else if (e->kind == LUM_ENTRY_NAME)
-        ok = lum_document_name_moment(doc, e->user, (uint64_t)e->of, e->name, err) || refused(err->text, why);
+        ok = lum_document_name_moment(doc, e->user, (uint64_t)e->of, e->name, NULL, err) || refused(err->text, why);
     else if (e->kind == LUM_ENTRY_FORGET)
         lum_document_forget_user(doc, e->user);
     else if (e->kind == LUM_ENTRY_APPLY)

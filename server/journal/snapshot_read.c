@@ -226,13 +226,25 @@ static bool find_record(const struct loader *l, const cJSON *json, struct lum_re
     return *ret != NULL;
 }
 
-/* A change is of one record, and the settings always exist: undo relies on it. */
+/* A change is of one id, and the settings always exist: undo relies on it. */
 static bool is_change(const struct lum_record *before, const struct lum_record *after)
 {
     if (!before || !after)
         return (before || after) && (before ? before : after)->type != LUM_RECORD_RENDER;
-    return before->type == after->type && strcmp(before->id, after->id) == 0 &&
-           strcmp(before->origin, after->origin) == 0;
+    return strcmp(before->id, after->id) == 0 &&
+           (before->type == LUM_RECORD_RENDER) == (after->type == LUM_RECORD_RENDER);
+}
+
+/* A step of undo is of one transaction, in which an id keeps its type; what was of an import may become one's own. In a
+ * moment one may have removed it and another have made something else of its name. */
+static bool keeps_types(const struct lum_changes *c)
+{
+    for (size_t i = 0; i < c->n; i++) {
+        const struct lum_record *before = c->changes[i].before, *after = c->changes[i].after;
+        if (before && after && before->type != after->type)
+            return false;
+    }
+    return true;
 }
 
 static bool take_changes(const struct loader *l, const cJSON *json, struct lum_changes *ret)
@@ -267,7 +279,8 @@ static void take_step(struct loader *l, const struct lum_block *f, const cJSON *
     if (!h || !user || strcmp(h->user, user) != 0 || (!redo && h->n_redo) || !group ||
         strlen(group) > LUM_LIMIT_ID_BYTES || !cJSON_IsNumber(rev) || !(rev->valuedouble >= 0) ||
         rev->valuedouble > 0x1p53 || h->n_undo + h->n_redo == 2 * LUM_LIMIT_UNDO ||
-        !take_changes(l, cJSON_GetObjectItemCaseSensitive(o, "changes"), &s.changes)) {
+        !take_changes(l, cJSON_GetObjectItemCaseSensitive(o, "changes"), &s.changes) || !keeps_types(&s.changes)) {
+        lum_changes_finish(&s.changes);
         lost(l, f, "a step of undo that cannot be read");
         return;
     }

@@ -1,14 +1,19 @@
 """What was: moments, by whom and when; names; going back; views of a moment, while all others see the scene as it is."""
 import os
+import subprocess
 import tempfile
 import time
 import unittest
 
-from daemon import Daemon, write_people
+from daemon import LUMEND, Daemon, write_people
 from solo_test import View
 from wsclient import CONVERGED, LAST_TILE, RpcError, tile_header
 
+HERE = os.path.dirname(os.path.abspath(__file__))
 LAMP = {"op": "add", "type": "light", "id": "lamp", "kind": "point", "position": [0.3, 1.5, 0.5], "flux_lm": 900}
+
+GONE = {"op": "remove", "id": "lamp"}
+WALL = {"op": "add", "type": "material", "id": "lamp"}
 
 
 def dim(flux, id="lamp"):
@@ -199,6 +204,89 @@ class Timeline(unittest.TestCase):
                     self.assertEqual(self.flux(ws), 2)
                     ws.call("scene.revert", {"scene_rev": revs[0]})
                     before = self.moments(ws)
+
+
+class Types(unittest.TestCase):
+    """A moment holds what several edits did. In it an id may become another type, or what an import brought one's own."""
+
+    def setUp(self):
+        self.folder = self.enterContext(tempfile.TemporaryDirectory())
+        self.state = os.path.join(self.folder, "state")
+
+    def run_state(self, command):
+        return subprocess.run([LUMEND, "state", command, self.state], capture_output=True, text=True)
+
+    def assert_whole(self):
+        done = self.run_state("check")
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+
+    def daemon(self):
+        return Daemon("--state", self.state, "--assets", os.path.join(HERE, "web"))
+
+    def assert_kept(self, moments):
+        """Twice: from what the last run wrote, and from what a start makes of it."""
+        for _ in range(2):
+            self.assert_whole()
+            with self.daemon() as daemon:
+                self.assertEqual(join(daemon, "bob").call("timeline.get")["moments"], moments)
+        self.assertEqual([name for name in os.listdir(self.state) if name.endswith(".damaged")], [])
+
+    def test_in_a_drag(self):
+        with self.daemon() as daemon:
+            ann = join(daemon, "ann")
+            ann.call("scene.apply", {"ops": [LAMP]})
+            for op in (GONE, WALL):
+                ann.call("scene.apply", {"ops": [op], "undo_group": "drag"})
+            moments = ann.call("timeline.get")["moments"]
+            self.assertEqual(moments[-1]["n_changes"], 1)
+        self.assert_kept(moments)
+
+    def test_in_what_is_joined_for_its_number(self):
+        with self.daemon() as daemon:
+            ann = join(daemon, "ann")
+            others = [join(daemon, f"n{i}") for i in range(8)]  # one may send 240 messages a second
+            rev = ann.call("scene.apply", {"ops": [LAMP]})["scene_rev"]
+            ann.call("timeline.name", {"scene_rev": rev, "name": "a lamp"})
+            for op in (GONE, WALL):
+                ann.call("scene.apply", {"ops": [op]})
+            for i in range(1022):  # one more than LUM_LIMIT_PAST_STEPS
+                others[i % 8].call("scene.apply", {"ops": [{"op": "set", "id": "white", "path": "/roughness", "value": i / 1024}]})
+            moments = ann.call("timeline.get")["moments"]
+            self.assertEqual((moments[2]["joined"], [change[:2] for change in moments[2]["changes"]]), (2, [["set", "lamp"]]))
+        self.assert_kept(moments)
+
+    def test_in_what_is_compacted(self):
+        with self.daemon() as daemon:
+            ann = join(daemon, "ann")
+            rev = ann.call("scene.apply", {"ops": [LAMP]})["scene_rev"]
+            ann.call("timeline.name", {"scene_rev": rev, "name": "a lamp"})
+            for op in (GONE, WALL):
+                ann.call("scene.apply", {"ops": [op]})
+        self.assertEqual(self.run_state("compact").returncode, 0)
+        with self.daemon() as daemon:
+            moments = join(daemon, "bob").call("timeline.get")["moments"]
+        self.assertEqual([m.get("name", "") for m in moments], ["", "a lamp", ""])
+        self.assert_kept(moments)
+
+    def test_what_was_of_an_import(self):
+        with self.daemon() as daemon:
+            ann = join(daemon, "ann")
+            for i, group in enumerate(("drag", "")):  # in two edits that are one moment, and in one edit
+                ann.call("scene.apply", {"ops": [{"op": "import", "id": f"room{i}", "asset": "lamp.gltf"}]})
+                made = next(op for op in ann.call("scene.get", {"expand": True})["ops"] if op.get("origin") == f"room{i}" and op["type"] == "material")
+                ops = [{"op": "remove", "id": f"room{i}"}, {"op": "add", "type": "material", "id": made["id"], "roughness": 0.25}]
+                for some in ([[op] for op in ops] if group else [ops]):
+                    ann.call("scene.apply", {"ops": some, **({"undo_group": group} if group else {})})
+            before = ann.call("scene.get", {"expand": True})["ops"]
+            moments = ann.call("timeline.get")["moments"]
+        self.assert_kept(moments)
+        with self.daemon() as daemon:
+            ann = daemon.connect(hello=False)
+            ann.call("session.hello", {"token": daemon.token, "resume": "ann.0-1"})
+            ann.call("scene.undo")
+            self.assertTrue(any(op["id"] == "room1" for op in ann.call("scene.get", {"expand": True})["ops"]))
+            ann.call("scene.redo")
+            self.assertEqual(ann.call("scene.get", {"expand": True})["ops"], before)
 
 
 if __name__ == "__main__":

@@ -220,7 +220,7 @@ bool keeper_name(struct keeper *k, const char *user, uint64_t rev, const char *n
 {
     struct lum_changes none = {0};
     struct lum_proto_error err;
-    if (!accepts(k) || !lum_document_name_moment(k->doc, user, rev, name, &err))
+    if (!accepts(k) || !lum_document_name_moment(k->doc, user, rev, name, NULL, &err))
         return false;
     struct lum_entry *e = lum_entry_create(LUM_ENTRY_NAME, user);
     e->of = rev;

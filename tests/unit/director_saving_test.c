@@ -222,6 +222,71 @@ static struct lum_request *again(struct client *c, const char *ops, bool repeat)
     return q;
 }
 
+static struct lum_request *name(struct client *c, uint64_t rev, const char *text)
+{
+    struct lum_request *q = client_request(c, &lum_request_timeline_name);
+    q->rev = rev;
+    strcpy(q->name, text);
+    return q;
+}
+
+static void assert_named(struct client *c, uint64_t rev, const char *text, const char *by)
+{
+    cJSON *reply = client_ask(c, client_request(c, &lum_request_timeline_get));
+    const cJSON *m, *found = NULL;
+    cJSON_ArrayForEach(m, cJSON_GetObjectItem(cJSON_GetObjectItem(reply, "result"), "moments")) found =
+        cJSON_GetObjectItem(m, "scene_rev")->valuedouble == (double)rev ? m : found;
+    assert_non_null(found);
+    assert_string_equal(cJSON_GetStringValue(cJSON_GetObjectItem(found, "name")), text);
+    assert_string_equal(cJSON_GetStringValue(cJSON_GetObjectItem(found, "named_by")), by);
+    cJSON_Delete(reply);
+}
+
+/* Of two names and edits nothing is left when they are lost: the name of before is there again, and is
+ * told. A revision that was taken back stands for the moment before it, and its name is told of that. */
+static void a_name_that_cannot_be_saved_is_taken_back(void **state)
+{
+    struct stage *s = *state;
+    struct client *c = s->client;
+    struct lum_director_metrics m;
+    uint64_t rev = client_apply(c, dim);
+    cJSON_Delete(client_ask(c, name(c, rev, "one")));
+    assert_int_not_equal(wait_said(c, "\"name\":\"one\"", 0), SIZE_MAX);
+    size_t from = c->n_texts;
+    set_gate(&s->gate, true, false);
+    assert_true(lum_director_post(c->director, name(c, rev, "two")));
+    uint64_t first = c->next_id;
+    wait_arrived(&s->gate);
+    assert_true(lum_director_post(c->director, client_edit(c, dim)));
+    uint64_t edit = c->next_id;
+    assert_true(lum_director_post(c->director, name(c, rev, "three")));
+    uint64_t last = c->next_id;
+    assert_true(lum_director_post(c->director, client_edit(c, dim)));
+    while (lum_director_scene_rev(c->director) < rev + 2)
+        (void)0; /* all of them wait for the disk */
+    assert_true(said(c, "timeline.named", from) == SIZE_MAX);
+    set_gate(&s->gate, false, true);
+    assert_refused(client_reply(c, first), "io", NULL);
+    assert_refused(client_reply(c, edit), "io", NULL);
+    assert_refused(client_reply(c, last), "io", NULL);
+    char back[120];
+    snprintf(back, sizeof back, "{\"scene_rev\":%llu,\"name\":\"one\",\"user\":\"(server)\"}", (unsigned long long)rev);
+    wait_said(c, back, from);
+    assert_named(c, rev, "one", "tester");
+    assert_int_equal(lum_director_scene_rev(c->director), rev + 4);
+    set_gate(&s->gate, false, false);
+    do {
+        lum_director_metrics(c->director, &m);
+    } while (m.journal.read_only); /* it tries every second */
+    from = c->n_texts;
+    cJSON_Delete(client_ask(c, name(c, rev + 4, "four")));
+    snprintf(back, sizeof back, "{\"scene_rev\":%llu,\"name\":\"four\"", (unsigned long long)rev);
+    wait_said(c, back, from);
+    client_teardown((void **)&s->client);
+    client_setup_saved((void **)&s->client, s->folder.dir, NULL);
+    assert_named(s->client, rev, "four", "tester");
+}
+
 /* Who asks again whether an edit was done is answered when it is safe, and not before. */
 static void an_edit_that_waits_for_the_disk_is_known(void **state)
 {
@@ -265,6 +330,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(pictures_go_on_and_words_wait, setup, teardown),
         cmocka_unit_test_setup_teardown(what_waits_is_bounded, setup, teardown),
         cmocka_unit_test_setup_teardown(what_cannot_be_saved_is_taken_back, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_name_that_cannot_be_saved_is_taken_back, setup, teardown),
         cmocka_unit_test_setup_teardown(an_edit_that_waits_for_the_disk_is_known, setup, teardown),
         cmocka_unit_test_setup_teardown(an_edit_that_was_lost_is_done_when_it_is_sent_again, setup, teardown),
     };

@@ -12,6 +12,7 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
+#include "protocol/document/past.h"
 #include "protocol/json/json.h"
 #include "protocol/message/rpc.h"
 #include "tests/unit/failing_alloc.h"
@@ -229,9 +230,82 @@ static void documents(void **state)
     cJSON_Delete(json);
 }
 
+/* ---- what was ---- */
+
+static bool drag(struct lum_document *doc, const struct lum_ops *ops, struct lum_changes *ret)
+{
+    return lum_document_apply(doc, "ann", ops, NULL, 0, ret, NULL);
+}
+
+/* Moments may be forgotten; now is one, and those that are left lead to what was. */
+static void assert_moments(struct lum_document *doc, char *const *texts)
+{
+    size_t n = lum_document_n_moments(doc);
+    uint64_t revs[8];
+    assert_true(n > 0 && n <= 8 && lum_document_moment(doc, n - 1)->rev == lum_document_rev(doc));
+    for (size_t i = 0; i < n; i++)
+        revs[i] = lum_document_moment(doc, i)->rev;
+    for (size_t i = 0; i < n; i++) {
+        struct lum_changes changes;
+        struct lum_proto_error err = {0};
+        if (lum_document_revert(doc, "dan", revs[i], &changes, &err))
+            lum_changes_finish(&changes);
+        else
+            assert_string_equal(err.app, "conflict"); /* it is that already */
+        char *text = document_text(doc);
+        assert_string_equal(text, texts[revs[i]]);
+        free(text);
+    }
+}
+
+/* A drag goes on, its last edit is taken back, and all are joined. */
+static void moments(void **state)
+{
+    (void)state;
+    cJSON *json = json_of("[{'op':'set','id':'l','path':'/flux_lm','value':7},{'op':'remove','id':'o'}]"),
+          *more = json_of("[{'op':'set','id':'l','path':'/flux_lm','value':8},{'op':'add','type':'light','id':'k',"
+                          "'kind':'point','flux_lm':800}]");
+    struct lum_ops first, second;
+    assert_true(lum_ops_from_json(json, &first, NULL) && lum_ops_from_json(more, &second, NULL));
+    strcpy(first.undo_group, "drag");
+    strcpy(second.undo_group, "drag");
+    bool was_hit = true;
+    for (unsigned k = 1; was_hit; k++) {
+        struct lum_document *doc = base_document();
+        struct lum_changes changes;
+        char *texts[8] = {NULL};
+        lum_document_begin_past(doc);
+        texts[lum_document_rev(doc)] = document_text(doc);
+        assert_true(apply_text(doc, "ann", "[{'op':'set','id':'l','path':'/flux_lm','value':5}]", NULL));
+        texts[lum_document_rev(doc)] = document_text(doc);
+        assert_true(drag(doc, &first, &changes));
+        lum_changes_finish(&changes);
+        texts[lum_document_rev(doc)] = document_text(doc);
+        failing_alloc_arm(k);
+        if (drag(doc, &second, &changes)) {
+            lum_document_rollback(doc, &changes);
+            lum_changes_finish(&changes);
+        }
+        lum_document_thin_past(doc);
+        was_hit = failing_alloc_disarm();
+        assert_true(document_whole(doc) && lum_document_rev(doc) == 5);
+        assert_true(was_hit || lum_document_n_moments(doc) == 2);
+        assert_moments(doc, texts);
+        for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
+            free(texts[i]);
+        lum_document_destroy(doc);
+        assert_true(was_hit || k > 1);
+    }
+    lum_ops_finish(&first);
+    lum_ops_finish(&second);
+    cJSON_Delete(json);
+    cJSON_Delete(more);
+}
+
 int main(void)
 {
     failing_alloc_begin();
-    const struct CMUnitTest tests[] = {cmocka_unit_test(texts_and_ops), cmocka_unit_test(documents)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(texts_and_ops), cmocka_unit_test(documents),
+                                       cmocka_unit_test(moments)};
     return cmocka_run_group_tests_name("protocol_alloc", tests, NULL, NULL);
 }
