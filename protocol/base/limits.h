@@ -53,7 +53,7 @@
 #define LUM_LIMIT_MOMENTS 100u              /* that have names, as versions of a project */
 #define LUM_LIMIT_MOMENT_NAME_BYTES 120     /* a line of a list */
 #define LUM_LIMIT_MOMENTS_SHOWN 8u          /* at once, by views: each has surfaces of its own to trace */
-#define LUM_LIMIT_MOMENT_BYTES (1ull << 30) /* that one of them takes more than the scene */
+#define LUM_LIMIT_MOMENT_BYTES (1ull << 30) /* that all of them take more than the scene */
 
 /* ---- views ---- */
 #define LUM_LIMIT_VIEW_MIN 1u
