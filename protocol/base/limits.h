@@ -70,9 +70,10 @@
 #define LUM_LIMIT_CACHES_BYTES (2ull << 30) /* all irradiance caches of a scene: four at their largest */
 
 /* ---- answers that take their time ---- */
-#define LUM_LIMIT_PROBES_WAITING 64u    /* of a session: a work plane of points; a minute of work */
-#define LUM_LIMIT_SCENE_GETS_WAITING 4u /* of a session: each answer is as long as the scene */
-#define LUM_LIMIT_ASSETS_WAITING 64u    /* of a session: what a list of files shows at once, and a page more */
+#define LUM_LIMIT_PROBES_WAITING 64u       /* of a session: a work plane of points; a minute of work */
+#define LUM_LIMIT_SCENE_GETS_WAITING 4u    /* of a session: each answer is as long as the scene */
+#define LUM_LIMIT_TIMELINE_GETS_WAITING 4u /* likewise: of a thousand moments half a megabyte */
+#define LUM_LIMIT_ASSETS_WAITING 64u       /* of a session: what a list of files shows at once, and a page more */
 
 /* ---- assets ---- */
 #define LUM_LIMIT_ASSETS_LISTED 4096u   /* of one answer: a maker's catalogue, in 1 MiB */

@@ -197,6 +197,7 @@ static void session_lost(struct lum_director *d, const struct lum_request *q)
     lum_director_stop_watching(d, q->session);
     lum_director_drop_probes(d, q->session);
     lum_director_drop_scene_gets(d, q->session);
+    lum_director_drop_timeline_gets(d, q->session);
     lum_director_drop_reports(d, q->session);
     lum_director_drop_assets(d, q->session);
     lum_director_drop_exports(d, q->session);
