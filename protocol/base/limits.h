@@ -53,7 +53,7 @@
 #define LUM_LIMIT_MOMENTS 100u              /* that have names, as versions of a project */
 #define LUM_LIMIT_MOMENT_NAME_BYTES 120     /* a line of a list */
 #define LUM_LIMIT_MOMENTS_SHOWN 8u          /* at once, by views: each has surfaces of its own to trace */
-#define LUM_LIMIT_MOMENT_BYTES (1ull << 30) /* that one of them takes more than the scene */
+#define LUM_LIMIT_MOMENT_BYTES (1ull << 30) /* that all of them take more than the scene */
 
 /* ---- views ---- */
 #define LUM_LIMIT_VIEW_MIN 1u
@@ -70,9 +70,10 @@
 #define LUM_LIMIT_CACHES_BYTES (2ull << 30) /* all irradiance caches of a scene: four at their largest */
 
 /* ---- answers that take their time ---- */
-#define LUM_LIMIT_PROBES_WAITING 64u    /* of a session: a work plane of points; a minute of work */
-#define LUM_LIMIT_SCENE_GETS_WAITING 4u /* of a session: each answer is as long as the scene */
-#define LUM_LIMIT_ASSETS_WAITING 64u    /* of a session: what a list of files shows at once, and a page more */
+#define LUM_LIMIT_PROBES_WAITING 64u       /* of a session: a work plane of points; a minute of work */
+#define LUM_LIMIT_SCENE_GETS_WAITING 4u    /* of a session: each answer is as long as the scene */
+#define LUM_LIMIT_TIMELINE_GETS_WAITING 4u /* likewise: of a thousand moments half a megabyte */
+#define LUM_LIMIT_ASSETS_WAITING 64u       /* of a session: what a list of files shows at once, and a page more */
 
 /* ---- assets ---- */
 #define LUM_LIMIT_ASSETS_LISTED 4096u   /* of one answer: a maker's catalogue, in 1 MiB */

@@ -1,6 +1,7 @@
 #include "protocol/message/rpc.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 #include <stdlib.h>
 
@@ -70,6 +71,64 @@ bool lum_rpc_parse(const char *text, size_t n_bytes, struct lum_rpc *ret_rpc, st
 fail:
     cJSON_Delete(root);
     return false;
+}
+
+/* Past the string that begins there, or at the end. */
+static size_t skip_string(const char *text, size_t n, size_t i)
+{
+    for (i++; i < n && text[i] != '"'; i++)
+        i += text[i] == '\\';
+    return i < n ? i + 1 : n;
+}
+
+static size_t skip_space(const char *text, size_t n, size_t i)
+{
+    while (i < n && (text[i] == ' ' || text[i] == '\t' || text[i] == '\n' || text[i] == '\r'))
+        i++;
+    return i;
+}
+
+/* The value that begins there. */
+static char *copy_id(const char *text, size_t n, size_t from)
+{
+    char value[6 * LUM_LIMIT_ID_BYTES + 16]; /* each byte of a string may be escaped */
+    struct lum_proto_error err;
+    char *id = NULL;
+    size_t to = from;
+    if (from < n && text[from] == '"')
+        to = skip_string(text, n, from);
+    else
+        while (to < n && text[to] && strchr("+-.0123456789eE", text[to]))
+            to++;
+    int n_value = to - from < sizeof value - 8
+                      ? snprintf(value, sizeof value, "{\"id\":%.*s}", (int)(to - from), text + from)
+                      : 0;
+    cJSON *root = n_value > 0 ? lum_json_parse(value, (size_t)n_value, &err) : NULL;
+    if (root)
+        (void)read_id(root, &id, &err);
+    cJSON_Delete(root);
+    return id;
+}
+
+char *lum_rpc_scan_id(const char *text, size_t n)
+{
+    size_t depth = 0;
+    for (size_t i = 0; i < n;) {
+        char c = text[i];
+        if (c != '"') {
+            depth += c == '{' || c == '[';
+            depth -= (c == '}' || c == ']') && depth > 0;
+            i++;
+            continue;
+        }
+        size_t end = skip_string(text, n, i), colon = skip_space(text, n, end);
+        bool found =
+            depth == 1 && end - i == 4 && memcmp(text + i, "\"id\"", 4) == 0 && colon < n && text[colon] == ':';
+        if (found)
+            return copy_id(text, n, skip_space(text, n, colon + 1));
+        i = end;
+    }
+    return NULL;
 }
 
 void lum_rpc_finish(struct lum_rpc *rpc)

@@ -20,6 +20,9 @@ struct lum_rpc {
  * either way. The reply to a text whose id could not be read carries "id":null (lum_rpc_error with id NULL). */
 bool lum_rpc_parse(const char *text, size_t n_bytes, struct lum_rpc *ret_rpc, struct lum_proto_error *err);
 void lum_rpc_finish(struct lum_rpc *rpc);
+/* The id alone, as JSON text to be freed, of a text that is not parsed: it takes no memory for what is in it. NULL:
+ * none that can be seen so, such as in a text that is no JSON. */
+char *lum_rpc_scan_id(const char *text, size_t n_bytes);
 
 /* Texts to send; the caller frees them. NULL when memory is short. result and params are consumed in every case; a NULL
  * result or params means that making it failed, and gives NULL. */

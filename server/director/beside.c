@@ -15,9 +15,10 @@
 #define SAVED_NS 5e8
 
 /* The kinds of work take turns. */
-enum { SENSORS, PROBES, SCENE_GETS, REPORTS, N_KINDS };
+enum { SENSORS, PROBES, SCENE_GETS, TIMELINE_GETS, REPORTS, N_KINDS };
 static void (*const work_of[N_KINDS])(struct lum_director *d, double slice_ns) = {
-    lum_director_measure, lum_director_probe, lum_director_write_scene, lum_director_report};
+    lum_director_measure, lum_director_probe, lum_director_write_scene, lum_director_write_timeline,
+    lum_director_report};
 
 /* The most that any kind needs. */
 static enum lum_need needs(struct lum_director *d, bool busy, enum lum_need ret_needs[N_KINDS])
@@ -26,6 +27,7 @@ static enum lum_need needs(struct lum_director *d, bool busy, enum lum_need ret_
     ret_needs[SENSORS] = lum_director_sensors_need(d, busy);
     ret_needs[PROBES] = lum_director_probes_need(d);
     ret_needs[SCENE_GETS] = lum_director_scene_gets_need(d);
+    ret_needs[TIMELINE_GETS] = lum_director_timeline_gets_need(d);
     ret_needs[REPORTS] = lum_director_reports_need(d);
     for (int k = 0; k < N_KINDS; k++)
         most = ret_needs[k] > most ? ret_needs[k] : most;

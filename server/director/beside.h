@@ -1,7 +1,7 @@
-/* Work beside the frames: probes, reports and the text of the scene, for which sessions wait, and what sensors show. It
- * is done in slices of a few milliseconds; while views want passes it has a share of the time, and else all of it.
- * Between two slices the director looks at what was posted, so that no work, however long, keeps an edit waiting.
- * Thread: director.
+/* Work beside the frames: probes, reports and the text of the scene and of what it was, for which sessions wait, and
+ * what sensors show. It is done in slices of a few milliseconds; while views want passes it has a share of the time,
+ * and else all of it. Between two slices the director looks at what was posted, so that no work, however long, keeps an
+ * edit waiting. Thread: director.
  */
 #ifndef LUM_SERVER_DIRECTOR_BESIDE_H
 #define LUM_SERVER_DIRECTOR_BESIDE_H

@@ -414,6 +414,7 @@ void lum_director_destroy(struct lum_director *d)
     lum_director_sensors_destroy(d->sensors);
     lum_director_drop_all_probes(d);
     lum_director_drop_all_scene_gets(d);
+    lum_director_drop_all_timeline_gets(d);
     lum_director_drop_all_reports(d);
     lum_done_destroy(d->repeats);
     lum_world_finish(&d->world);

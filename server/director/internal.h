@@ -21,6 +21,7 @@
 #include "server/director/reports.h"
 #include "server/director/scene_get.h"
 #include "server/director/sensors.h"
+#include "server/director/timeline_get.h"
 #include "server/director/view.h"
 #include "server/journal/done.h"
 #include "server/world/world.h"
@@ -50,6 +51,7 @@ struct lum_director {
     struct lum_director_sensors *sensors; /* NULL: nobody ever watched them */
     struct lum_director_probes probes;
     struct lum_director_scene_gets scene_gets;
+    struct lum_director_timeline_gets timeline_gets;
     struct lum_director_reports reports;
     struct lum_director_assets assets;
     struct lum_director_exports exports;

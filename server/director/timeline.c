@@ -1,4 +1,4 @@
-/* What was, for people: which edits led to now, by whom and when, and names of moments. How views show one:
+/* What was, for people: names of moments. Which edits led to now, by whom and when: timeline_get.h. How views show one:
  * view_moment.h; how the scene goes back to one: scene.revert, an edit. */
 #include "server/director/internal.h"
 
@@ -8,105 +8,11 @@
 #include <cjson/cJSON.h>
 
 #include "protocol/json/json.h"
+#include "protocol/message/rpc.h"
 #include "protocol/record/field.h"
 #include "server/director/read_request.h"
 #include "server/director/saving.h"
 #include "server/project/store.h"
-
-#define TOLD_MAX 4u /* changes of a step: a line of text */
-
-/* ---- what a step did ---- */
-
-/* The first field that differs, NULL: none does. */
-static const char *field_of(const struct lum_change *c)
-{
-    const struct lum_fields *fields = lum_fields_of(c->after->type);
-    if (c->before->type != c->after->type)
-        return NULL;
-    for (size_t i = 0; i < fields->n; i++)
-        if (!lum_field_equal(&fields->fields[i], lum_record_body(c->before), lum_record_body(c->after)))
-            return fields->fields[i].name;
-    return NULL;
-}
-
-/* ["set","key","flux_lm"], ["add","lamp","light"], ["remove","lamp","light"] */
-static cJSON *change_json(const struct lum_change *c)
-{
-    const struct lum_record *r = c->after ? c->after : c->before;
-    const char *field = c->before && c->after ? field_of(c) : NULL;
-    cJSON *o = cJSON_CreateArray();
-    lum_json_add(o, NULL, cJSON_CreateString(!c->before ? "add" : c->after ? "set" : "remove"));
-    lum_json_add(o, NULL, cJSON_CreateString(r->id));
-    lum_json_add(o, NULL, cJSON_CreateString(field ? field : lum_record_type_names[r->type]));
-    return o;
-}
-
-/* What an import brought is left to it, unless there is nothing else. */
-static cJSON *changes_json(const struct lum_changes *changes)
-{
-    cJSON *list = cJSON_CreateArray();
-    size_t n = 0;
-    for (int children = 0; children < 2 && n == 0; children++)
-        for (size_t i = 0; i < changes->n && n < TOLD_MAX; i++) {
-            const struct lum_change *c = &changes->changes[i];
-            if (!(c->after ? c->after : c->before)->origin[0] == !children) {
-                lum_json_add(list, NULL, change_json(c));
-                n++;
-            }
-        }
-    return list;
-}
-
-static cJSON *moment_json(const struct lum_moment *m, bool first)
-{
-    static const char *const did[] = {"apply", "undo", "redo", "revert"};
-    cJSON *o = cJSON_CreateObject();
-    lum_json_add_number(o, "scene_rev", (double)m->rev);
-    if (m->at_ms > 0)
-        lum_json_add_number(o, "at_ms", (double)m->at_ms);
-    if (m->name[0]) {
-        lum_json_add_string(o, "name", m->name);
-        lum_json_add_string(o, "named_by", m->named_by);
-    }
-    if (first)
-        return o;
-    lum_json_add_string(o, "did", did[m->did]);
-    lum_json_add_string(o, "user", m->user);
-    if (m->did == LUM_PAST_REVERT)
-        lum_json_add_number(o, "to", (double)m->to);
-    if (m->n_joined > 1)
-        lum_json_add_number(o, "joined", m->n_joined);
-    lum_json_add(o, "changes", changes_json(&m->changes));
-    lum_json_add_number(o, "n_changes", (double)m->changes.n);
-    return o;
-}
-
-/* ---- timeline.get ---- */
-
-static bool read_get(struct lum_json_reader *r, struct lum_request *q)
-{
-    lum_json_u64(r, "since_rev", &q->rev);
-    return lum_json_end(r);
-}
-
-static void get(struct lum_director *d, const struct lum_request *q)
-{
-    const struct lum_document *doc = d->world.doc;
-    cJSON *result = cJSON_CreateObject(), *moments = cJSON_CreateArray();
-    for (size_t i = 0; i < lum_document_n_moments(doc); i++) {
-        const struct lum_moment *m = lum_document_moment(doc, i);
-        if (m->rev >= q->rev)
-            lum_json_add(moments, NULL, moment_json(m, i == 0));
-    }
-    lum_json_add(result, "moments", moments);
-    lum_json_add_number(result, "first_rev", (double)lum_document_moment(doc, 0)->rev);
-    lum_json_add_number(result, "scene_rev", (double)lum_document_rev(doc));
-    lum_director_reply(d, q, result);
-}
-
-const struct lum_request_type lum_request_timeline_get = {.name = "timeline.get", .read = read_get, .answer = get};
-
-/* ---- timeline.name ---- */
 
 static bool read_name(struct lum_json_reader *r, struct lum_request *q)
 {

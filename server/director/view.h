@@ -49,6 +49,7 @@ struct lum_server_view {
     uint8_t codec;                      /* enum lum_codec */
     struct lum_coding_state coding;     /* of pictures that need not be exact */
     const struct lum_snapshot *moment;  /* the scene as it was; NULL: as it is */
+    uint64_t moment_bytes;              /* that it has apart from the scene */
     const struct lum_snapshot *solo;    /* what it shows, with some lamps alone, or of a moment; NULL: all as it is */
     struct lum_auto_exposure automatic; /* exposure */
     uint32_t n_things;                  /* objects and lights that it was settled for */

@@ -26,9 +26,12 @@ bool lum_moment_prepare(const struct lum_server_view *v, struct lum_world *world
     struct lum_moment_change c = {.asked = params->given & LUM_VIEW_BIT(MOMENT)};
     const struct lum_opt *moment = &params->moment;
     *ret_change = (struct lum_moment_change){0};
+    /* Of the one that it shows nothing is made anew, nor looked for: it may have become part of another since. */
+    if (moment->set && v->moment && v->moment->scene_rev == (uint64_t)moment->value)
+        c.asked = false;
     if (!c.asked)
         return true;
-    if (moment->set && !lum_world_moment(world, (uint64_t)moment->value, &c.snapshot, err))
+    if (moment->set && !lum_world_moment(world, (uint64_t)moment->value, &c.snapshot, &c.bytes, err))
         return false;
     c.otherwise = moment->set != (v->moment != NULL);
     if (c.otherwise && (!make_core(world, moment->set, &c.core, err) ||
@@ -46,6 +49,7 @@ void lum_moment_take(struct lum_server_view *v, struct lum_moment_change *c)
     if (!c->asked)
         return;
     v->moment = c->snapshot;
+    v->moment_bytes = c->bytes;
     c->snapshot = was;
     if (c->otherwise) {
         struct lum_view *core = v->core, *rest = v->rest.core;

@@ -8,6 +8,7 @@
 struct lum_moment_change {
     bool asked, otherwise;               /* for it; the views of the renderer are made anew */
     const struct lum_snapshot *snapshot; /* a reference; NULL: now */
+    uint64_t bytes;                      /* that it has apart from the scene */
     struct lum_view *core, *rest;        /* owned */
 };
 /* What the params ask for. */

@@ -75,6 +75,23 @@ static bool has_room(const struct lum_director *d, const struct lum_request *q,
     return true;
 }
 
+/* Views of moments have a room of their own. but: the one that shall show another, or NULL. */
+static void count_moments(struct lum_director *d, const struct lum_server_view *but)
+{
+    d->world.past_bytes.shown = 0;
+    for (const struct lum_server_view *v = d->views; v; v = v->next)
+        d->world.past_bytes.shown += v != but ? v->moment_bytes : 0;
+}
+
+static void forget_past_unless_shown(struct lum_director *d)
+{
+    bool shown = false;
+    for (const struct lum_server_view *v = d->views; v; v = v->next)
+        shown = shown || v->moment;
+    if (!shown)
+        lum_world_forget_past(&d->world);
+}
+
 static bool read_view_open(struct lum_json_reader *r, struct lum_request *q)
 {
     return lum_json_require(r, "size") && lum_view_params_read(r, &q->view) && lum_json_end(r);
@@ -84,7 +101,9 @@ static void view_open(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_proto_error err;
     struct lum_server_view *v;
+    count_moments(d, NULL);
     if (!has_room(d, q, NULL, &err) || !lum_server_view_create(&d->world, &q->view, d->next_view_id + 1, &v, &err)) {
+        forget_past_unless_shown(d);
         lum_director_refuse(d, q, &err);
         return;
     }
@@ -117,12 +136,15 @@ static void view_update(struct lum_director *d, const struct lum_request *q)
     struct lum_server_view *v = require_view(d, q, q->view_id);
     if (!v)
         return;
+    count_moments(d, v);
     if ((q->view.given & (LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(REST_SIZE) | LUM_VIEW_BIT(MOMENT)) &&
          !has_room(d, q, v, &err)) ||
         !lum_server_view_update(v, &d->world, &q->view, &err)) {
+        forget_past_unless_shown(d);
         lum_director_refuse(d, q, &err);
         return;
     }
+    forget_past_unless_shown(d);
     lum_server_view_refresh(v, &d->world, q->received_ns, ++d->order);
     lum_director_reply(d, q, cJSON_CreateObject());
 }
@@ -138,6 +160,7 @@ static void close_view(struct lum_director *d, struct lum_server_view **at)
     lum_director_send_closed(d, v->session, v->id);
     lum_server_view_destroy(v);
     d->n_views--;
+    forget_past_unless_shown(d);
     pthread_mutex_lock(&d->lock);
     d->metrics.views = d->n_views;
     pthread_mutex_unlock(&d->lock);
@@ -174,6 +197,7 @@ static void session_lost(struct lum_director *d, const struct lum_request *q)
     lum_director_stop_watching(d, q->session);
     lum_director_drop_probes(d, q->session);
     lum_director_drop_scene_gets(d, q->session);
+    lum_director_drop_timeline_gets(d, q->session);
     lum_director_drop_reports(d, q->session);
     lum_director_drop_assets(d, q->session);
     lum_director_drop_exports(d, q->session);

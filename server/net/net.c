@@ -221,6 +221,7 @@ static void ws_closed(struct lum_net *net, struct conn *c)
     net->conns[lum_session_slot(c->session)] = NULL;
     lum_net_end_flow(c);
     lws_sul_cancel(&c->cut_later);
+    lum_session_forget_beside(c->session, net->reader);
     lum_session_close(c->session);
     lum_fragments_finish(&c->rx);
     c->session = NULL;

@@ -3,9 +3,8 @@
 
 #include "server/net/received.h"
 
-#define FRAME_HEADERS_BYTES 64   /* of a frame and a record of TLS: 14 and 5, its checksum 16; and some */
-#define READ_LATER_US 20000      /* at least so long, so that a flood does not mean a timer for every read */
-#define BESIDE_BYTES (16u << 10) /* reading less takes less than a millisecond */
+#define FRAME_HEADERS_BYTES 64 /* of a frame and a record of TLS: 14 and 5, its checksum 16; and some */
+#define READ_LATER_US 20000    /* at least so long, so that a flood does not mean a timer for every read */
 
 static void read_on_if_free(struct conn *c)
 {
@@ -47,6 +46,8 @@ static void count_rest(lws_sorted_usec_list_t *sul)
         let_wait(c, lum_session_charge_rest(c->session, n - n_free));
     c->n_read = n_read;
     c->n_charged = 0;
+    if (c->n_reading) /* its pong waits unread behind what it sent: the silence is ours */
+        lws_validity_confirmed(c->wsi);
     lws_sul_schedule(lws_get_context(c->wsi), 0, &c->count_later, count_rest, LWS_US_PER_SEC);
 }
 
@@ -67,10 +68,16 @@ void lum_net_end_flow(struct conn *c)
 /* Behind one that is being read, small ones wait, too: a client is answered in the order in which it asks. */
 bool lum_net_read_beside(struct lum_net *net, struct conn *c)
 {
-    if ((c->rx.n < BESIDE_BYTES && !c->n_reading) ||
-        !lum_session_read_beside(c->session, net->reader, c->rx.bytes, c->rx.n))
+    if (c->rx.n < LUM_READER_SMALL_BYTES && !c->n_reading)
+        return false;
+    enum lum_read_beside how = lum_session_read_beside(c->session, net->reader, c->rx.bytes, c->rx.n);
+    if (how == LUM_READ_NOT)
         return false;
     c->rx = (struct lum_fragments){0};
+    if (how == LUM_READ_REFUSED) {
+        lws_callback_on_writable(c->wsi);
+        return true;
+    }
     c->n_reading++;
     lws_rx_flow_control(c->wsi, 0);
     return true;

@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 
 #include "core/base/base.h"
+#include "protocol/base/network_limits.h"
 #include "server/director/read_request.h"
 
 /* Small messages and pictures come first: of two threads of one processor this one gets a quarter. */
@@ -19,8 +20,12 @@ struct lum_reader {
     pthread_mutex_t lock;
     pthread_cond_t bell; /* something came, was taken, or it is over */
     /* guarded by lock */
-    struct lum_reading *first, **end; /* that wait */
-    struct lum_reading *done;         /* NULL: none waits to be taken */
+    struct {
+        struct lum_reading *first, **end;
+    } lines[LUM_LIMIT_CONNECTIONS]; /* that wait, by the slots of their sessions */
+    uint32_t n_waiting, turn;       /* in all of them; whose was taken last */
+    size_t n_bytes;                 /* of text that waits */
+    struct lum_reading *done;       /* NULL: none waits to be taken */
     bool stop;
 };
 
@@ -51,17 +56,30 @@ static void read_one(struct lum_reading *m)
     m->asked = true;
 }
 
+/* The first of this line, which has one. */
+static struct lum_reading *pop(struct lum_reader *r, uint32_t slot)
+{
+    struct lum_reading *m = r->lines[slot].first;
+    r->lines[slot].first = m->next;
+    if (!m->next)
+        r->lines[slot].end = &r->lines[slot].first;
+    m->next = NULL;
+    r->n_waiting--;
+    r->n_bytes -= m->n_bytes;
+    return m;
+}
+
 static struct lum_reading *wait_for_one(struct lum_reader *r)
 {
+    struct lum_reading *m = NULL;
     pthread_mutex_lock(&r->lock);
-    while (!r->stop && (!r->first || r->done))
+    while (!r->stop && (!r->n_waiting || r->done))
         pthread_cond_wait(&r->bell, &r->lock);
-    struct lum_reading *m = r->stop ? NULL : r->first;
-    if (m) {
-        r->first = m->next;
-        m->next = NULL;
-        if (!r->first)
-            r->end = &r->first;
+    if (!r->stop) {
+        do
+            r->turn = (r->turn + 1) % LUM_LIMIT_CONNECTIONS;
+        while (!r->lines[r->turn].first);
+        m = pop(r, r->turn);
     }
     pthread_mutex_unlock(&r->lock);
     return m;
@@ -89,7 +107,8 @@ enum lum_status lum_reader_create(void (*ready)(void *user), void *user, struct 
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory to read messages");
     r->ready = ready;
     r->user = user;
-    r->end = &r->first;
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
+        r->lines[i].end = &r->lines[i].first;
     pthread_mutex_init(&r->lock, NULL); /* of default attributes: cannot fail */
     pthread_cond_init(&r->bell, NULL);
     if (pthread_create(&r->thread, NULL, reader_main, r)) {
@@ -113,23 +132,45 @@ void lum_reader_destroy(struct lum_reader *r)
     if (r->has_thread)
         pthread_join(r->thread, NULL);
     lum_reading_destroy(r->done);
-    for (struct lum_reading *m = r->first, *next; m; m = next) {
-        next = m->next;
-        lum_reading_destroy(m);
-    }
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
+        while (r->lines[i].first)
+            lum_reading_destroy(pop(r, i));
     pthread_cond_destroy(&r->bell);
     pthread_mutex_destroy(&r->lock);
     lum_free(r);
 }
 
-void lum_reader_take(struct lum_reader *r, struct lum_reading *m)
+bool lum_reader_take(struct lum_reader *r, struct lum_reading *m)
+{
+    uint32_t slot = m->from.slot;
+    pthread_mutex_lock(&r->lock);
+    bool fits = m->n_bytes < LUM_READER_SMALL_BYTES || r->n_bytes + m->n_bytes <= LUM_READER_MAX_BYTES;
+    if (fits) {
+        m->next = NULL;
+        *r->lines[slot].end = m;
+        r->lines[slot].end = &m->next;
+        r->n_waiting++;
+        r->n_bytes += m->n_bytes;
+        pthread_cond_signal(&r->bell);
+    }
+    pthread_mutex_unlock(&r->lock);
+    return fits;
+}
+
+void lum_reader_forget(struct lum_reader *r, struct lum_session_ref session)
 {
     pthread_mutex_lock(&r->lock);
-    m->next = NULL;
-    *r->end = m;
-    r->end = &m->next;
-    pthread_cond_signal(&r->bell);
+    while (r->lines[session.slot].first)
+        lum_reading_destroy(pop(r, session.slot));
     pthread_mutex_unlock(&r->lock);
+}
+
+size_t lum_reader_waiting_bytes(struct lum_reader *r)
+{
+    pthread_mutex_lock(&r->lock);
+    size_t n = r->n_bytes;
+    pthread_mutex_unlock(&r->lock);
+    return n;
 }
 
 struct lum_reading *lum_reader_next(struct lum_reader *r)

@@ -66,9 +66,15 @@ int64_t lum_session_charge(struct lum_session *s, const char *bytes, size_t n, b
 int64_t lum_session_charge_rest(struct lum_session *s, uint64_t n_bytes);
 /* One whole text message. */
 void lum_session_receive(struct lum_session *s, const char *text, size_t n_bytes);
-/* The same of a large one, which the reader reads first. text, from malloc, passes over. False: this session's are read
- * at once, or memory is short; nothing has happened. */
-bool lum_session_read_beside(struct lum_session *s, struct lum_reader *reader, char *text, size_t n_bytes);
+/* The same of a large one, which the reader reads first. */
+enum lum_read_beside {
+    LUM_READ_NOT,    /* this session's are read at once, or memory is short: nothing has happened */
+    LUM_READ_LATER,  /* text, from malloc, passed over */
+    LUM_READ_REFUSED /* likewise: too much waits, as the session was told, or nothing is heard of it any more */
+};
+enum lum_read_beside lum_session_read_beside(struct lum_session *s, struct lum_reader *reader, char *text,
+                                             size_t n_bytes);
+void lum_session_forget_beside(const struct lum_session *s, struct lum_reader *reader); /* what is not read yet */
 /* When it has been read. NULL: its session is gone. */
 struct lum_session *lum_sessions_receive_read(struct lum_sessions *sessions, struct lum_reading *reading);
 /* The session must end: with this code, at once or when its text is out. The first call counts. */

@@ -1,5 +1,6 @@
 /* What comes from clients: paid for, read, and passed on to whoever answers it. */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cjson/cJSON.h>
@@ -189,15 +190,41 @@ void lum_session_receive(struct lum_session *s, const char *text, size_t n_bytes
     lum_reading_finish(&m);
 }
 
-bool lum_session_read_beside(struct lum_session *s, struct lum_reader *reader, char *text, size_t n_bytes)
+/* Its bytes are paid for, and its place among messages is, too. */
+static void refuse_unread(struct lum_session *s, const char *text, size_t n_bytes)
 {
-    struct lum_reading *m = s->greeted && !s->close ? lum_calloc(1, sizeof *m) : NULL;
+    struct lum_proto_error err;
+    char *id = lum_rpc_scan_id(text, n_bytes);
+    s->table->config.counters->messages++;
+    s->table->config.counters->rx_bytes += n_bytes;
+    (void)lum_bucket_take(&s->messages, lum_clock_ns());
+    lum_proto_fail(&err, LUM_PROTO_APPLICATION, "busy", "", "too many large messages wait; try again");
+    lum_session_refuse(s, id, &err);
+    free(id);
+}
+
+enum lum_read_beside lum_session_read_beside(struct lum_session *s, struct lum_reader *reader, char *text,
+                                             size_t n_bytes)
+{
+    if (s->close) { /* while its last text goes out */
+        free(text);
+        return LUM_READ_REFUSED;
+    }
+    struct lum_reading *m = s->greeted ? lum_calloc(1, sizeof *m) : NULL;
     if (!m)
-        return false;
+        return LUM_READ_NOT;
     *m = (struct lum_reading){
         .from = s->ref, .text = text, .n_bytes = n_bytes, .role = s->person.role, .received_ns = lum_clock_ns()};
-    lum_reader_take(reader, m);
-    return true;
+    if (lum_reader_take(reader, m))
+        return LUM_READ_LATER;
+    refuse_unread(s, text, n_bytes);
+    lum_reading_destroy(m);
+    return LUM_READ_REFUSED;
+}
+
+void lum_session_forget_beside(const struct lum_session *s, struct lum_reader *reader)
+{
+    lum_reader_forget(reader, s->ref);
 }
 
 struct lum_session *lum_sessions_receive_read(struct lum_sessions *sessions, struct lum_reading *m)

@@ -1,6 +1,9 @@
 /* The scene as it was. */
 #include "server/world/world.h"
 
+#include <stdio.h>
+#include <string.h>
+
 #include "protocol/base/limits.h"
 
 /* Versions of each moment count in their own part of 64 bits: a scene that is edited a million times a second reaches
@@ -18,28 +21,41 @@ static bool make_caches(struct lum_world *w, struct lum_error *err)
     return true;
 }
 
+void lum_world_forget_past(struct lum_world *w)
+{
+    lum_caches_destroy(w->past);
+    w->past = NULL;
+}
+
 /* What is made anew for it alone. */
-static bool check_room(const struct lum_changes *changes, struct lum_proto_error *err)
+static bool check_room(const struct lum_world *w, const struct lum_changes *changes, uint64_t *ret_bytes,
+                       struct lum_proto_error *err)
 {
     struct lum_totals n = {0};
     for (size_t i = 0; i < changes->n; i++)
         n = lum_totals_sum(n, lum_totals_of(changes->changes[i].after));
-    return n.bytes <= LUM_LIMIT_MOMENT_BYTES ||
+    *ret_bytes = n.bytes;
+    return w->past_bytes.shown + n.bytes <= w->past_bytes.most ||
            lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "moment",
-                          "what was otherwise then takes %llu MiB, and may take %llu: go back to it, or keep a version",
-                          (unsigned long long)(n.bytes >> 20), LUM_LIMIT_MOMENT_BYTES >> 20);
+                          "what was otherwise then takes %llu MiB, beside %llu of other views of moments, and all may "
+                          "take %llu: go back to it, or keep a version",
+                          (unsigned long long)(n.bytes >> 20), (unsigned long long)(w->past_bytes.shown >> 20),
+                          (unsigned long long)(w->past_bytes.most >> 20));
 }
 
-bool lum_world_moment(struct lum_world *w, uint64_t rev, const struct lum_snapshot **ret_snapshot,
+bool lum_world_moment(struct lum_world *w, uint64_t rev, const struct lum_snapshot **ret_snapshot, uint64_t *ret_bytes,
                       struct lum_proto_error *err)
 {
     struct lum_changes changes;
     struct lum_scene *then = NULL;
     struct lum_error e;
     size_t failed;
-    if (!lum_document_changes_to(w->doc, rev, &changes, err))
+    if (!lum_document_changes_to(w->doc, rev, &changes, err)) {
+        if (strcmp(err->path, "scene_rev") == 0)
+            snprintf(err->path, sizeof err->path, "moment"); /* as views call it */
         return false;
-    bool ok = check_room(&changes, err);
+    }
+    bool ok = check_room(w, &changes, ret_bytes, err);
     bool made = ok && make_caches(w, &e) && !lum_scene_fork(w->scene, ++w->n_moments << STEP_BITS, &then, &e) &&
                 !lum_apply_changes(then, &changes, &w->go_on, &failed, &e) &&
                 !lum_scene_commit(then, rev, ret_snapshot, &e);

@@ -16,6 +16,7 @@ enum lum_status lum_world_init(struct lum_world *w, uint32_t threads, const char
     if (log)
         w->log = *log;
     w->limits = lum_totals_limits();
+    w->past_bytes.most = LUM_LIMIT_MOMENT_BYTES;
     lum_thread_init_fp(); /* of whoever works between the workers, as in theirs: pictures do not hang on how many there
                              are */
     enum lum_status st = lum_pool_create(threads, &w->pool, err);
@@ -39,7 +40,7 @@ void lum_world_finish(struct lum_world *w)
     lum_trees_stop(w->trees);
     lum_caustics_finish(&w->caustics);
     lum_caches_destroy(w->caches);
-    lum_caches_destroy(w->past);
+    lum_world_forget_past(w);
     lum_snapshot_unref(w->lit);
     lum_snapshot_unref(w->snapshot);
     lum_patches_finish(&w->patches);

@@ -24,8 +24,11 @@ struct lum_world {
     struct lum_pool *pool;
     struct lum_device *device;
     struct lum_caches *caches; /* what all views of the scene share */
-    struct lum_caches *past;   /* what all views of moments share; NULL: there was none yet */
+    struct lum_caches *past;   /* what all views of moments share; NULL: there is none */
     uint64_t n_moments;        /* that were made */
+    struct {
+        uint64_t shown, most; /* what moments that are shown have apart from the scene, told by the owner; and may */
+    } past_bytes;
     struct lum_scene *scene;
     struct lum_document *doc;
     struct lum_go_on go_on;           /* set by the owner; once it says no, the world may only be finished */
@@ -68,9 +71,10 @@ bool lum_world_revert(struct lum_world *world, const char *user, uint64_t rev, s
                       struct lum_proto_error *err);
 
 /* The scene as it was at that revision, while all goes on as it is. No edit may wait to be committed. A reference is
- * the caller's. */
+ * the caller's. ret_bytes: what it has apart from the scene. */
 bool lum_world_moment(struct lum_world *world, uint64_t rev, const struct lum_snapshot **ret_snapshot,
-                      struct lum_proto_error *err);
+                      uint64_t *ret_bytes, struct lum_proto_error *err);
+void lum_world_forget_past(struct lum_world *world); /* no view shows a moment any more */
 
 /* Takes the document over in place of the empty one, makes the renderer's scene of it, and commits. Into an empty
  * world.

@@ -20,6 +20,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
     lum_rpc_incoming_finish(&in);
     free(reply);
     lum_rpc_finish(&rpc);
+    free(lum_rpc_scan_id((const char *)data, n));
     if (lum_rpc_parse_incoming((const char *)data, n, &in, &err))
         lum_rpc_incoming_finish(&in);
     return 0;

@@ -270,3 +270,35 @@ uint64_t client_apply(struct client *c, const char *ops)
 {
     return scene_rev_of(client_ask(c, client_edit(c, ops)));
 }
+
+cJSON *client_ask_text(struct client *c, const char *method, const char *params)
+{
+    char text[512];
+    struct lum_rpc rpc;
+    struct lum_proto_error err;
+    snprintf(text, sizeof text, "{\"jsonrpc\":\"2.0\",\"id\":%llu,\"method\":\"%s\",\"params\":%s}",
+             (unsigned long long)++c->next_id, method, params);
+    assert_true(lum_rpc_parse(text, strlen(text), &rpc, &err));
+    struct lum_request *request = lum_request_read(&rpc, LUM_ROLE_ADMIN, &err);
+    cJSON *reply = NULL;
+    if (request) {
+        request->session = c->session;
+        request->received_ns = lum_clock_ns();
+        reply = client_ask(c, request);
+    } else {
+        char *error = lum_rpc_error(rpc.id, &err);
+        reply = cJSON_Parse(error);
+        free(error);
+    }
+    lum_rpc_finish(&rpc);
+    return reply;
+}
+
+void assert_taken(cJSON *reply)
+{
+    if (!cJSON_GetObjectItem(reply, "result")) {
+        char *text = cJSON_PrintUnformatted(reply);
+        fail_msg("%s", text);
+    }
+    cJSON_Delete(reply);
+}

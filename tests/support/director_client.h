@@ -55,8 +55,11 @@ struct lum_request *client_request(struct client *c, const struct lum_request_ty
 /* The reply, whole; delete it. That of a request posted before: by its id, which is next_id after client_request. */
 cJSON *client_ask(struct client *c, struct lum_request *request);
 cJSON *client_reply(struct client *c, uint64_t id);
+/* The reply to a request as its JSON text. One that is refused when it is read gives its error, as the session does. */
+cJSON *client_ask_text(struct client *c, const char *method, const char *params);
 struct lum_request *client_edit(struct client *c, const char *ops);
 uint64_t scene_rev_of(cJSON *reply);
+void assert_taken(cJSON *reply); /* checks that it is no error, and drops it */
 /* Checks that the reply is this error, and drops it. */
 void assert_refused(cJSON *reply, const char *app, const char *path);
 uint32_t client_open_view(struct client *c, enum lum_codec codec);

@@ -88,43 +88,9 @@ static void a_larger_budget_resumes(void **state)
     assert_int_equal(h.spp, 16);
 }
 
-/* view.update as its JSON text; the reply. A text that is refused when it is read gives its error, as the session does.
- */
-static cJSON *ask(struct client *c, const char *method, const char *params)
-{
-    char text[512];
-    struct lum_rpc rpc;
-    struct lum_proto_error err;
-    snprintf(text, sizeof text, "{\"jsonrpc\":\"2.0\",\"id\":%llu,\"method\":\"%s\",\"params\":%s}",
-             (unsigned long long)++c->next_id, method, params);
-    assert_true(lum_rpc_parse(text, strlen(text), &rpc, &err));
-    struct lum_request *request = lum_request_read(&rpc, LUM_ROLE_ADMIN, &err);
-    cJSON *reply = NULL;
-    if (request) {
-        request->session = c->session;
-        request->received_ns = lum_clock_ns();
-        reply = client_ask(c, request);
-    } else {
-        char *error = lum_rpc_error(rpc.id, &err);
-        reply = cJSON_Parse(error);
-        free(error);
-    }
-    lum_rpc_finish(&rpc);
-    return reply;
-}
-
 static cJSON *update_view(struct client *c, const char *params)
 {
-    return ask(c, "view.update", params);
-}
-
-static void assert_taken(cJSON *reply)
-{
-    if (!cJSON_GetObjectItem(reply, "result")) {
-        char *text = cJSON_PrintUnformatted(reply);
-        fail_msg("%s", text);
-    }
-    cJSON_Delete(reply);
+    return client_ask_text(c, "view.update", params);
 }
 
 /* Next frame that shows camera number seq and is final. */
@@ -330,7 +296,7 @@ static void illuminance_is_a_picture_of_its_own(void **state)
 /* What a view's picture has in the middle; NAN: nothing. */
 static double read_middle(struct client *c, const char *unit)
 {
-    cJSON *reply = ask(c, "view.read", "{\"view_id\":1,\"x\":20,\"y\":15}"),
+    cJSON *reply = client_ask_text(c, "view.read", "{\"view_id\":1,\"x\":20,\"y\":15}"),
           *result = cJSON_GetObjectItem(reply, "result");
     const cJSON *value = cJSON_GetObjectItem(result, "value");
     assert_string_equal(cJSON_GetObjectItem(result, "unit")->valuestring, unit);
@@ -360,8 +326,8 @@ static void values_are_read_off_the_picture(void **state)
         update_view(c, "{\"view_id\":1,\"camera\":{\"position\":[0,50,0],\"target\":[0,60,1]},\"camera_seq\":3}"));
     final_stats(c, 3);
     assert_true(isnan(read_middle(c, "lx")));
-    assert_refused(ask(c, "view.read", "{\"view_id\":1,\"x\":1,\"y\":4000}"), "invalid_value", "y");
-    assert_refused(ask(c, "view.read", "{\"view_id\":9,\"x\":1,\"y\":1}"), "not_found", "view_id");
+    assert_refused(client_ask_text(c, "view.read", "{\"view_id\":1,\"x\":1,\"y\":4000}"), "invalid_value", "y");
+    assert_refused(client_ask_text(c, "view.read", "{\"view_id\":9,\"x\":1,\"y\":1}"), "not_found", "view_id");
 }
 
 static void assert_in_view(struct client *c, uint32_t seq, const char *wanted)
@@ -477,10 +443,10 @@ static void at_rest_the_picture_is_larger(void **state)
     }
     assert_int_equal(h.full_w, 2 * W + 1);
     assert_int_equal(h.full_h, 2 * H + 1);
-    cJSON *reply = ask(c, "view.read", "{\"view_id\":1,\"x\":39,\"y\":29}");
+    cJSON *reply = client_ask_text(c, "view.read", "{\"view_id\":1,\"x\":39,\"y\":29}");
     assert_true(cJSON_IsNumber(cJSON_GetObjectItem(cJSON_GetObjectItem(reply, "result"), "value")));
     cJSON_Delete(reply);
-    assert_refused(ask(c, "view.read", "{\"view_id\":1,\"x\":40,\"y\":29}"), "invalid_value", "x");
+    assert_refused(client_ask_text(c, "view.read", "{\"view_id\":1,\"x\":40,\"y\":29}"), "invalid_value", "x");
     uint64_t rev = client_apply(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/intensity_cd\",\"value\":10}]");
     do
         h = client_next_frame(c, NULL);

@@ -448,8 +448,46 @@ static void rpc_requests(void **state)
             assert_string_equal(rpc.id, cases[i].id);
         else
             assert_null(rpc.id);
+        char *scanned = lum_rpc_scan_id(cases[i].text, strlen(cases[i].text));
+        if (!cases[i].id != !scanned || (scanned && strcmp(scanned, cases[i].id) != 0))
+            fail_msg("%s: scanned %s", cases[i].text, scanned ? scanned : "nothing");
+        free(scanned);
         lum_rpc_finish(&rpc);
     }
+}
+
+/* Of texts that are not parsed. */
+static void rpc_ids_that_are_scanned(void **state)
+{
+    static const struct {
+        const char *text, *id;
+    } cases[] = {
+        {"{\"params\":{\"id\":1,\"a\":[{\"id\":2}]},\"method\":\"id\",\"x\":\"\\\"id\\\":3\", \"id\" :\n\"four\"",
+         "\"four\""},
+        {"{\"a\":\"id\",\"id\":-5e0,\"id\":6", "-5"},
+        {"{\"id\":\"\\u0061\"", "\"a\""},
+        {"{\"id\"", NULL},
+        {"{\"id\":", NULL},
+        {"{\"id\":\"", NULL},
+        {"{\"id\":\"\\", NULL},
+        {"{\"id\":7}}]]\"", "7"},
+        {"]}{\"id\":8", "8"},
+        {"\"id\":9", NULL},
+        {"{\"id\":{}}", NULL},
+        {"", NULL},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char *id = lum_rpc_scan_id(cases[i].text, strlen(cases[i].text));
+        if (!cases[i].id != !id || (id && strcmp(id, cases[i].id) != 0))
+            fail_msg("%s: %s", cases[i].text, id ? id : "nothing");
+        free(id);
+    }
+    char text[1000];
+    memset(text, 'a', sizeof text);
+    memcpy(text, "{\"id\":\"", 7);
+    text[sizeof text - 1] = '"';
+    assert_null(lum_rpc_scan_id(text, sizeof text)); /* too long for an id */
 }
 
 static void rpc_texts(void **state)
@@ -501,14 +539,23 @@ static void rpc_incoming(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(strict_grammar),    cmocka_unit_test(cut_texts_are_not_read_beyond_their_end),
-        cmocka_unit_test(depth_limit),       cmocka_unit_test(size_and_token_limits),
-        cmocka_unit_test(member_limit),      cmocka_unit_test(large_arrays_are_linear),
-        cmocka_unit_test(numbers_come_back), cmocka_unit_test(texts_come_back),
-        cmocka_unit_test(texts_are_utf8),    cmocka_unit_test(reader_reads),
-        cmocka_unit_test(reader_refuses),    cmocka_unit_test(ids),
-        cmocka_unit_test(nearest_names),     cmocka_unit_test(rpc_requests),
-        cmocka_unit_test(rpc_texts),         cmocka_unit_test(rpc_incoming),
+        cmocka_unit_test(strict_grammar),
+        cmocka_unit_test(cut_texts_are_not_read_beyond_their_end),
+        cmocka_unit_test(depth_limit),
+        cmocka_unit_test(size_and_token_limits),
+        cmocka_unit_test(member_limit),
+        cmocka_unit_test(large_arrays_are_linear),
+        cmocka_unit_test(numbers_come_back),
+        cmocka_unit_test(texts_come_back),
+        cmocka_unit_test(texts_are_utf8),
+        cmocka_unit_test(reader_reads),
+        cmocka_unit_test(reader_refuses),
+        cmocka_unit_test(ids),
+        cmocka_unit_test(nearest_names),
+        cmocka_unit_test(rpc_requests),
+        cmocka_unit_test(rpc_ids_that_are_scanned),
+        cmocka_unit_test(rpc_texts),
+        cmocka_unit_test(rpc_incoming),
     };
     return cmocka_run_group_tests_name("json", tests, NULL, NULL);
 }

@@ -184,6 +184,94 @@ static void before_hello_nothing_is_read_beside(void **state)
     assert_false(lum_session_read_beside(s, f->reader, text, sizeof text - 1));
 }
 
+/* One who sends many does not keep another, who comes later, from her turn. */
+static void sessions_take_turns(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_session *many = open_greeted(f), *one = open_greeted(f);
+    static const char undo[] = "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"scene.undo\"}";
+    for (int i = 0; i < 10; i++)
+        assert_true(lum_session_read_beside(many, f->reader, strdup(undo), sizeof undo - 1));
+    assert_true(lum_session_read_beside(one, f->reader, strdup(undo), sizeof undo - 1));
+    int turn = 0;
+    for (int i = 0; i < 11; i++) {
+        struct lum_reading *m = wait_for_next(f);
+        if (lum_session_same(m->from, one->ref))
+            turn = i;
+        lum_reading_destroy(m);
+    }
+    assert_in_range(turn, 0, 2); /* two were taken before hers came, at most: one is read, and one is not taken up */
+}
+
+/* A text of so many bytes, which takes no memory as long as nobody looks at it. */
+static bool send_large(struct fixture *f, struct lum_session *s, size_t n_bytes, const char *begins)
+{
+    char *text = calloc(1, n_bytes);
+    assert_non_null(text);
+    memcpy(text, begins, strlen(begins));
+    enum lum_read_beside how = lum_session_read_beside(s, f->reader, text, n_bytes);
+    assert_int_not_equal(how, LUM_READ_NOT);
+    return how == LUM_READ_LATER;
+}
+
+/* They may send the largest messages, and go, and come again. */
+static void what_waits_goes_with_its_session(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_session *stays = open_greeted(f);
+    assert_true(send_large(f, stays, LUM_LIMIT_MESSAGE_BYTES, "")); /* the reader ends with it, and goes no further */
+    sem_wait(&f->ready);
+    for (int i = 0; i < 100; i++) {
+        struct lum_session *s = open_greeted(f);
+        assert_true(send_large(f, s, LUM_LIMIT_MESSAGE_BYTES, ""));
+        assert_int_equal(lum_reader_waiting_bytes(f->reader), LUM_LIMIT_MESSAGE_BYTES);
+        lum_session_forget_beside(s, f->reader);
+        lum_session_leave(s);
+        lum_session_close(s);
+        assert_int_equal(lum_reader_waiting_bytes(f->reader), 0);
+    }
+    lum_reading_destroy(lum_reader_next(f->reader));
+}
+
+static void what_waits_has_a_limit(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_session *s = open_greeted(f), *other = open_greeted(f);
+    assert_true(send_large(f, s, LUM_READER_SMALL_BYTES, ""));
+    sem_wait(&f->ready);
+    size_t n = 0;
+    while (send_large(f, s, LUM_LIMIT_MESSAGE_BYTES, "{\"id\":\"mine\","))
+        n += LUM_LIMIT_MESSAGE_BYTES;
+    assert_int_equal(n, LUM_READER_MAX_BYTES / LUM_LIMIT_MESSAGE_BYTES * LUM_LIMIT_MESSAGE_BYTES);
+    assert_int_equal(lum_reader_waiting_bytes(f->reader), n);
+    char *said = next_text(s);
+    assert_non_null(said);
+    assert_non_null(strstr(said, "\"busy\""));
+    assert_non_null(strstr(said, "\"id\":\"mine\""));
+    free(said);
+    assert_true(send_large(f, s, LUM_READER_SMALL_BYTES - 1, "")); /* behind its own */
+    lum_session_forget_beside(s, f->reader);
+    assert_int_equal(lum_reader_waiting_bytes(f->reader), 0);
+    assert_true(send_large(f, other, LUM_LIMIT_MESSAGE_BYTES, ""));
+    lum_reading_destroy(lum_reader_next(f->reader));
+}
+
+/* It hears why, and what it sends meanwhile changes nothing about that. */
+static void one_that_is_sent_away_is_not_read(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_session *s = open_greeted(f);
+    lum_session_say(s, strdup("last"));
+    lum_session_abort_after_text(s, LUM_CLOSE_RESTART);
+    assert_int_equal(lum_session_read_beside(s, f->reader, strdup("{}"), 2), LUM_READ_REFUSED);
+    assert_int_equal(lum_reader_waiting_bytes(f->reader), 0);
+    char *said = next_text(s);
+    assert_string_equal(said, "last");
+    free(said);
+    assert_null(next_text(s));
+    assert_int_equal(lum_session_close_now(s), LUM_CLOSE_RESTART);
+}
+
 /* What is under way then is freed (which the address sanitizer sees). */
 static void the_end_comes_at_any_time(void **state)
 {
@@ -206,6 +294,10 @@ int main(void)
         cmocka_unit_test_setup_teardown(they_come_in_order, set_up, tear_down),
         cmocka_unit_test_setup_teardown(who_is_gone_says_nothing, set_up, tear_down),
         cmocka_unit_test_setup_teardown(before_hello_nothing_is_read_beside, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(sessions_take_turns, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(what_waits_goes_with_its_session, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(what_waits_has_a_limit, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(one_that_is_sent_away_is_not_read, set_up, tear_down),
         cmocka_unit_test(the_end_comes_at_any_time),
     };
     return cmocka_run_group_tests_name("reader", tests, NULL, NULL);
