@@ -98,3 +98,23 @@ test('played it goes from the first moment to now', async () => {
     await eventually(async () => (await bar().count()) === 0, () => bar().count());
     assert.deepEqual(tab.watch.errors, []);
 });
+
+test('a server that began anew keeps no moment that is looked at: now is shown, and said', async () => {
+    await page.locator('.stage').focus();
+    await page.keyboard.press('t');
+    await track().waitFor();
+    await eventually(async () => Number(await track().getAttribute('aria-valuemax')) > 4, said);
+    await page.keyboard.press('ArrowLeft');
+    await eventually(async () => !(await said()).startsWith('Now'), said);
+    assert.equal(await daemon.stop(), 0, daemon.log);
+    await page.locator('.banner-lost').waitFor();
+    await daemon.start();
+    await page.locator('.banner-lost').waitFor({ state: 'detached' });
+    await page.locator('.toast', { hasText: 'is not kept' }).filter({ hasText: 'Now is shown' }).waitFor();
+    await eventually(async () => (await shownRev(page)) === 1, () => shownRev(page));
+    await eventually(async () => (await track().getAttribute('aria-valuemax')) === '1' && (await said()).startsWith('Now'), said);
+    assert.equal(await page.getByRole('status').filter({ hasText: 'As it was' }).count(), 0);
+    await edit(() => accent().click());
+    assert.equal(await shownRev(page), 2, 'the picture goes on');
+    await eventually(async () => (await track().getAttribute('aria-valuemax')) === '2', said);
+});

@@ -26,9 +26,19 @@ function timelineOf(app: App): Timeline {
         moment: computed(() => app.view.settings.value.moment),
         look: (moment) => app.view.change({ moment }),
         shown: computed(() => app.meter.frame.value?.sceneRev ?? 0),
-        revert: (rev) => app.revert(rev),
+        revert: (rev) => {
+            app.view.change({ moment: null });
+            return app.edits.request('scene.revert', { scene_rev: rev });
+        },
     });
     return known;
+}
+
+/** At the left of the line, and now at its right. */
+function compareWithNow(app: App, moment: Moment): void {
+    app.view.change({ moment: null });
+    app.compare.moment.value = { rev: moment.rev, name: titleOf(moment, moment.rev) };
+    app.compare.show('moment');
 }
 
 /** What the scene was, as a track: looked at by hand and key, named, compared, gone back to. */
@@ -71,7 +81,7 @@ export function TimelineBar() {
                     class="toggle"
                     aria-pressed={compared}
                     disabled={now && !compared}
-                    onClick={() => (compared ? app.compare.close() : here && app.compareWithNow(here.rev, titleOf(here, here.rev)))}
+                    onClick={() => (compared ? app.compare.close() : here && compareWithNow(app, here))}
                 >
                     Compare with now
                 </button>
