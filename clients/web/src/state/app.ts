@@ -613,7 +613,7 @@ export class App {
         }
     }
 
-    private report(error: Error): void {
+    report(error: Error): void {
         if (!(error instanceof ClosedError)) this.toasts.error(error);
     }
 }
