@@ -10,6 +10,7 @@ const track = () => page.getByRole('slider', { name: 'Moment that is shown' });
 const said = () => track().getAttribute('aria-valuetext');
 const spoken = (text) => page.locator('.visually-hidden[role=status]', { hasText: text }).first().waitFor({ state: 'attached' });
 const accent = () => page.getByLabel('accent on', { exact: true });
+const hasFocus = async (what) => assert.equal(await what.evaluate((e) => e === document.activeElement), true, `the focus is at ${await page.evaluate(() => document.activeElement.outerHTML.slice(0, 80))}`);
 const shot = async (name) => {
     if (process.env.LUMEND_SHOTS) await page.screenshot({ path: `${process.env.LUMEND_SHOTS}/${name}.png` });
 };
@@ -52,6 +53,7 @@ test('a moment is named, compared with now by the line, and gone back to; undo t
     await name.press('Enter');
     await bar().getByRole('button', { name: 'bright', exact: true }).waitFor();
     await spoken('This moment is bright');
+    await hasFocus(name);
     const then = await shownRev(page);
 
     await bar().getByRole('button', { name: 'Compare with now' }).focus();
@@ -74,18 +76,68 @@ test('a moment is named, compared with now by the line, and gone back to; undo t
     }, means);
     await shot('compare');
     assert.deepEqual(await violations(page), []);
-    await bar().getByRole('button', { name: 'Compare with now' }).click();
+    await bar().getByRole('button', { name: 'Compare with now' }).press('Enter');
+    await page.locator('.wipe-picture canvas').waitFor({ state: 'detached' });
+    await hasFocus(bar().getByRole('button', { name: 'Compare with now' }));
 
     await bar().getByRole('button', { name: 'bright', exact: true }).click();
     await eventually(async () => (await shownRev(page)) === then, () => shownRev(page));
-    await bar().getByRole('button', { name: 'Go back to here' }).click();
+    const back = bar().getByRole('button', { name: 'Go back to here' });
+    await back.press('Enter');
     await spoken('The scene is as it was: bright');
     await eventually(async () => accent().isChecked(), said);
     await eventually(async () => (await said()).includes('back to bright'), said);
+    await hasFocus(back);
+    assert.equal(await back.getAttribute('aria-disabled'), 'true');
+    const moments = await track().getAttribute('aria-valuemax');
+    await back.press('Enter'); // nothing to do: now is no moment to go back to
     await page.locator('.stage').focus();
     await page.keyboard.press('z');
     await eventually(async () => !(await accent().isChecked()), said);
     await eventually(async () => (await said()).includes('undid switch of accent'), said);
+    assert.equal(Number(await track().getAttribute('aria-valuemax')), Number(moments) + 1, 'the undo alone came to it');
+});
+
+test('"Now" keeps the focus; in the picture, where it goes away, the picture takes it', async () => {
+    for (const [place, keeps] of [[bar(), bar().getByRole('button', { name: 'Now', exact: true })], [page.locator('.is-past'), page.locator('.stage')]]) {
+        await track().focus();
+        await page.keyboard.press('ArrowLeft');
+        await eventually(async () => !(await said()).startsWith('Now'), said);
+        await place.getByRole('button', { name: 'Now', exact: true }).press('Enter');
+        await eventually(async () => (await said()).startsWith('Now'), said);
+        await page.locator('.is-past').waitFor({ state: 'detached' });
+        await hasFocus(keeps);
+    }
+});
+
+test('a name that is typed while somebody else edits is of the moment at which it was begun', async () => {
+    const then = await shownRev(page);
+    const others = await open(context, daemon.url);
+    await settled(others);
+    const name = bar().getByRole('textbox', { name: /^Name of/ });
+    await name.focus();
+    await page.keyboard.type('half ');
+    const moments = Number(await track().getAttribute('aria-valuemax'));
+    await others.page.getByLabel('accent on', { exact: true }).click();
+    await eventually(async () => Number(await track().getAttribute('aria-valuemax')) === moments + 1, said);
+    await hasFocus(name);
+    await page.keyboard.type('way');
+    assert.equal(await name.inputValue(), 'half way');
+    await page.keyboard.press('Enter');
+    await spoken(/^The moment of .* is half way$/);
+    await eventually(async () => (await name.inputValue()) === '', () => name.inputValue());
+    await hasFocus(name);
+    await bar().getByRole('button', { name: 'half way', exact: true }).click();
+    await eventually(async () => (await shownRev(page)) === then, () => shownRev(page));
+    await bar().getByRole('button', { name: 'Now', exact: true }).click();
+    await others.page.getByLabel('accent on', { exact: true }).click();
+    await eventually(async () => (await shownRev(page)) === then + 2, () => shownRev(page));
+    await others.page.close();
+
+    await name.fill('ü'.repeat(100));
+    assert.equal(await name.inputValue(), 'ü'.repeat(60), 'as many as the server takes');
+    await name.press('Escape');
+    assert.equal(await name.inputValue(), '');
 });
 
 test('played it goes from the first moment to now', async () => {
@@ -97,4 +149,24 @@ test('played it goes from the first moment to now', async () => {
     await bar().getByRole('button', { name: 'Close the timeline' }).click();
     await eventually(async () => (await bar().count()) === 0, () => bar().count());
     assert.deepEqual(tab.watch.errors, []);
+});
+
+test('a server that began anew keeps no moment that is looked at: now is shown, and said', async () => {
+    await page.locator('.stage').focus();
+    await page.keyboard.press('t');
+    await track().waitFor();
+    await eventually(async () => Number(await track().getAttribute('aria-valuemax')) > 4, said);
+    await page.keyboard.press('ArrowLeft');
+    await eventually(async () => !(await said()).startsWith('Now'), said);
+    assert.equal(await daemon.stop(), 0, daemon.log);
+    await page.locator('.banner-lost').waitFor();
+    await daemon.start();
+    await page.locator('.banner-lost').waitFor({ state: 'detached' });
+    await page.locator('.toast', { hasText: 'is not kept' }).filter({ hasText: 'Now is shown' }).waitFor();
+    await eventually(async () => (await shownRev(page)) === 1, () => shownRev(page));
+    await eventually(async () => (await track().getAttribute('aria-valuemax')) === '1' && (await said()).startsWith('Now'), said);
+    assert.equal(await page.getByRole('status').filter({ hasText: 'As it was' }).count(), 0);
+    await edit(() => accent().click());
+    assert.equal(await shownRev(page), 2, 'the picture goes on');
+    await eventually(async () => (await track().getAttribute('aria-valuemax')) === '2', said);
 });

@@ -417,19 +417,6 @@ export class App {
         return canvas && this.facts.value && { name: 'Now', facts: this.facts.value, canvas };
     }
 
-    /** Another than it is now: at the left of the line, and now at its right. */
-    compareWithNow(rev: number, name: string): void {
-        this.view.change({ moment: null });
-        this.compare.moment.value = { rev, name };
-        this.compare.show('moment');
-    }
-
-    /** The scene becomes what it was, for everybody. */
-    revert(rev: number): Promise<boolean> {
-        this.view.change({ moment: null });
-        return this.edits.request('scene.revert', { scene_rev: rev });
-    }
-
     private wantedReference(moment?: number): Wanted {
         const { overlay, solo } = this.view.settings.value;
         const { ev } = this.exposure.value;
@@ -488,11 +475,11 @@ export class App {
             if (this.sharing.waits) await this.learn(rpc);
             if (!this.sharing.apply() && !this.cameraChosen) this.goHome();
             this.cameraChosen = true;
+            this.pastChanged.value++;
             await this.view.open();
             void this.people.begin(this.user);
             this.reference.begin();
             this.then.begin();
-            this.pastChanged.value++;
             await this.learn(rpc);
             this.sharing.apply(); // a link that came since
         } catch (error) {
@@ -626,7 +613,7 @@ export class App {
         }
     }
 
-    private report(error: Error): void {
+    report(error: Error): void {
         if (!(error instanceof ClosedError)) this.toasts.error(error);
     }
 }

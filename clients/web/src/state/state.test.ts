@@ -181,6 +181,39 @@ test('a view is held to an error by methods that know theirs, and by no other', 
     assert.deepEqual(asked.at(-1)!.budget, {}, 'it takes back what the server would refuse');
 });
 
+test('a moment that is not kept any more makes way for now, opened with or changed to, and all else that was said with it is said again', async () => {
+    const frames: (() => void)[] = [];
+    let now = 0;
+    Object.assign(globalThis, { window: { devicePixelRatio: 1 }, requestAnimationFrame: (f: (t: number) => void) => frames.push(() => f((now += 100))) });
+    const settle = (): Promise<void> => new Promise((r) => setImmediate(r));
+    for (const path of ['scene_rev', 'moment']) {
+        const asked: [string, JsonObject][] = [];
+        const told: string[] = [];
+        const call = (method: string, params: JsonObject): Promise<JsonObject> => {
+            asked.push([method, params]);
+            const gone = typeof params.moment === 'number';
+            return gone ? Promise.reject(new RpcError('what stood at revision 3 is not kept', -32000, 'not_found', path)) : Promise.resolve({ view_id: 1 });
+        };
+        const view = new ViewLink(call, (error) => told.push(error.message), () => true);
+        view.change({ moment: 3, solo: ['key'] });
+        await view.open();
+        assert.deepEqual(asked.map(([method, { moment, solo }]) => [method, moment, solo]), [['view.open', 3, ['key']], ['view.open', null, ['key']]]);
+        assert.deepEqual([view.viewId, view.settings.value.moment, told.length], [1, null, 1]);
+        view.change({ moment: 3 });
+        view.resize(30, 20, 1);
+        for (let i = 0; i < frames.length; i++) {
+            frames[i]!();
+            await settle();
+        }
+        const [, again] = asked[3]!;
+        assert.deepEqual([again.moment, again.size, view.settings.value.moment, told.length], [null, [30, 20], null, 2]);
+    }
+    const refused = new ViewLink(() => Promise.reject(new RpcError('no such method', -32000, 'not_found', 'method')), assert.ifError, () => true);
+    refused.change({ moment: 3 });
+    await assert.rejects(refused.open(), /no such method/);
+    assert.equal(refused.settings.value.moment, 3);
+});
+
 test('a view has whole pixels, the window’s shape, and stays within the budget', () => {
     assert.deepEqual(viewSize(600, 400, 1, 1e6), [600, 400]);
     for (const [w, h, ratio] of [[1046, 692, 1], [390, 340, 3], [5000, 100, 2], [0, 0, 1]] as const) {

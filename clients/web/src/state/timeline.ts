@@ -1,5 +1,5 @@
 /** What the scene was: moments, who made them and when. Looked at in this view alone; going back to one is an edit. */
-import { computed, effect, signal, type ReadonlySignal } from '@preact/signals';
+import { computed, effect, signal, untracked, type ReadonlySignal } from '@preact/signals';
 import { Debounce } from '../lib/debounce';
 import { isObject, type Json, type JsonObject } from '../protocol/rpc';
 import { numberOr, stringOr } from '../protocol/types';
@@ -69,10 +69,15 @@ export const timeOf = (at: Date | null): string => at?.toLocaleTimeString([], { 
 /** Its name, else when it was. */
 export const titleOf = (m: Moment | undefined, rev: number): string => m?.name || (m?.at ? timeOf(m.at) : `revision ${m?.rev ?? rev}`);
 
+/** As much of it as the server takes, which counts bytes. */
+export const fittingName = (text: string): string => text.slice(0, new TextEncoder().encodeInto(text, new Uint8Array(MOST_NAME_BYTES)).read);
+
 export interface TimelineHost {
     call(method: string, params: JsonObject): Promise<JsonObject>;
     onError(error: Error): void;
     announce(text: string): void;
+    /** Somebody sees it. */
+    open: ReadonlySignal<boolean>;
     /** Counts changes of the scene and of names. */
     changed: ReadonlySignal<number>;
     /** The moment that is looked at; null: now. */
@@ -88,22 +93,28 @@ export class Timeline {
     readonly moments = signal<readonly Moment[]>([]);
     readonly playing = signal(false);
     readonly speed = signal<number>(2);
-    /** Of the moment that is looked at. */
+    /** Of the moment that is looked at; where that is not listed any more, of the one before it. */
     readonly index = computed(() => {
+        const rev = this.host.moment.value;
         const list = this.moments.value;
-        const at = list.findIndex((m) => m.rev === this.host.moment.value);
-        return at < 0 ? list.length - 1 : at;
+        return Math.max(0, (rev === null ? list : list.filter((m) => m.rev <= rev)).length - 1);
     });
-    readonly here = computed<Moment | undefined>(() => this.moments.value[this.index.value]);
+    /** undefined: it is not listed, or not yet. */
+    readonly here = computed<Moment | undefined>(() => {
+        const rev = this.host.moment.value;
+        return rev === null ? this.moments.value.at(-1) : this.moments.value.find((m) => m.rev === rev);
+    });
     readonly isNow = computed(() => this.host.moment.value === null);
     private readonly later = new Debounce(() => void this.refresh(), REST_MS, CAP_MS);
 
     constructor(private readonly host: TimelineHost) {
         effect(() => {
             void host.changed.value;
-            this.later.request();
+            if (host.open.peek()) this.later.request();
         });
-        void this.refresh();
+        effect(() => {
+            if (host.open.value) void untracked(() => this.refresh());
+        });
     }
 
     async refresh(): Promise<void> {
@@ -114,9 +125,13 @@ export class Timeline {
     look(index: number): void {
         const list = this.moments.peek();
         const i = Math.max(0, Math.min(list.length - 1, index));
-        const m = list[i];
-        if (!m || i === this.index.peek()) return;
-        this.host.look(i === list.length - 1 ? null : m.rev);
+        const rev = i < list.length - 1 ? list[i]!.rev : null;
+        if (rev !== this.host.moment.peek()) this.host.look(rev);
+    }
+
+    /** From what is not listed to what is beside it. */
+    step(n: number): void {
+        this.look(this.index.peek() + n + (n < 0 && !this.here.peek() ? 1 : 0));
     }
 
     async back(): Promise<void> {
@@ -126,17 +141,22 @@ export class Timeline {
         if (await this.host.revert(m.rev)) this.host.announce(`The scene is as it was: ${titleOf(m, m.rev)}. Undo takes that back`);
     }
 
-    async name(text: string): Promise<void> {
-        const m = this.here.peek();
-        const name = text.trim();
-        if (!m || name === m.name) return;
+    /** rev: of the moment. False: it was refused, and why is said. */
+    async name(text: string, rev: number): Promise<boolean> {
+        const m = this.moments.peek().find((o) => o.rev === rev);
+        const name = fittingName(text).trim();
+        if (name === m?.name) return true;
+        const which = m === this.here.peek() ? 'This moment' : `The moment of ${titleOf(m, rev)}`;
+        let done = true;
         try {
-            await this.host.call('timeline.name', { scene_rev: m.rev, name });
-            this.host.announce(name ? `This moment is ${name}` : 'This moment has no name any more');
+            await this.host.call('timeline.name', { scene_rev: rev, name });
+            this.host.announce(name ? `${which} is ${name}` : `${which} has no name any more`);
         } catch (error) {
+            done = false;
             this.host.onError(error as Error);
         }
         await this.refresh();
+        return done;
     }
 
     /** From the moment that is looked at, or from the first. Each is drawn before the next. */

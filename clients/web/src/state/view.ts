@@ -8,7 +8,7 @@ import { computed, signal } from '@preact/signals';
 import { recall, remember } from '../lib/store';
 import { Pacer } from '../lib/pacer';
 import type { FrameHeader } from '../protocol/frame';
-import type { Json, JsonObject } from '../protocol/rpc';
+import type { Json, JsonObject, RpcError } from '../protocol/rpc';
 import { numberOr, vec3Or, type CameraPose, type SceneRecord } from '../protocol/types';
 import { orbitFromPose, poseFromOrbit, type Orbit } from '../view/camera';
 import { CameraNumbers } from './camera_seq';
@@ -97,6 +97,9 @@ export interface ViewSettings {
     resolution: Resolution;
     stream: Stream;
 }
+
+/** What the server names where a moment is refused. */
+const MOMENTS = ['moment', 'scene_rev'];
 
 /** Where null is what the scene has, whatever that becomes. */
 const OF_SCENE = ['method', 'exposure', 'toneMap'] as const;
@@ -238,6 +241,7 @@ export class ViewLink {
         this.opening = true;
         this.numbers.begin();
         this.told.clear();
+        const { moment } = this.settings.peek();
         try {
             this.dirty = clean();
             const reply = await this.call('view.open', {
@@ -248,6 +252,9 @@ export class ViewLink {
                 ...this.settingParams(),
             });
             this.viewId = Number(reply.view_id);
+        } catch (error) {
+            if (!this.leaves(moment, error as RpcError)) throw error;
+            return await this.open();
         } finally {
             this.opening = false;
         }
@@ -306,6 +313,7 @@ export class ViewLink {
         const { viewId } = this;
         if (viewId === null || this.unanswered >= MAX_UNANSWERED || !this.isDirty()) return;
         const { camera, size, settings, tiles, anew } = this.dirty;
+        const { moment } = this.settings.peek();
         if (anew) return this.again(viewId);
         this.dirty = clean();
         const params: JsonObject = { view_id: viewId, ...this.numbered(performance.now()) };
@@ -320,11 +328,20 @@ export class ViewLink {
         } catch (error) {
             this.sent.delete(seq); // no frame will show it
             this.settle();
-            this.onError(error as Error);
+            if (settings && this.leaves(moment, error as RpcError)) Object.assign(this.dirty, camera && { camera }, size && { size }, tiles && { tiles });
+            else this.onError(error as Error);
         }
         if (viewId !== this.viewId) return; // of a connection that is gone, whose count is
         this.unanswered--;
         if (this.isDirty()) this.pacer.request();
+    }
+
+    /** True: the view was refused for a moment that is not kept, as by a server that began anew, and now is shown in its place. */
+    private leaves(moment: number | null, error: RpcError): boolean {
+        if (moment === null || error.app !== 'not_found' || !MOMENTS.includes(error.path)) return false;
+        if (this.settings.peek().moment === moment) this.change({ moment: null });
+        this.onError(new Error(`${error.message}. Now is shown`));
+        return true;
     }
 
     private async again(viewId: number): Promise<void> {

@@ -4,7 +4,9 @@ import { useApp } from './context';
 import { ChooseFiles } from './DropFiles';
 import { Editing } from './Editing';
 import { ImportRow } from './ImportRow';
-import { RoomForm } from './RoomForm';
+import { Lazy } from './Lazy';
+
+const roomForm = () => import('./RoomForm').then((m) => m.RoomForm);
 
 const HINT = 'A file in the server’s asset folder: glTF, GLB, OBJ, FBX …';
 
@@ -24,7 +26,7 @@ export function ImportPanel() {
                         </button>
                     )}
                 </header>
-                {isEmpty && imports.planning.value && <RoomForm />}
+                {isEmpty && imports.planning.value && <Lazy when load={roomForm} with={{}} />}
                 {imports.offered.value ? <ImportForm /> : uploads.offered.value ? <ImportState /> : <p class="hint">{NOT_OFFERED}</p>}
                 {uploads.offered.value && <ChooseFiles />}
                 <ul class="light-list">

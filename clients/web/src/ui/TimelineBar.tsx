@@ -1,12 +1,14 @@
-import { computed } from '@preact/signals';
+import { computed, useSignal } from '@preact/signals';
+import type { ComponentChildren } from 'preact';
 import { useEffect, useMemo, useRef } from 'preact/hooks';
 import type { App } from '../state/app';
 import { COLOURS } from '../state/people';
 import { may } from '../state/role';
-import { didInWords, MOST_NAME_BYTES, SPEEDS, Timeline, timeOf, titleOf, type Moment } from '../state/timeline';
+import { didInWords, fittingName, SPEEDS, Timeline, timeOf, titleOf, type Moment } from '../state/timeline';
 import '../style/timeline.css';
 import { Choice } from './Choice';
 import { useApp } from './context';
+import { toStage } from './focus';
 import { Icon } from './Icon';
 
 const PAGE = 10;
@@ -20,15 +22,26 @@ let known: Timeline | null = null;
 function timelineOf(app: App): Timeline {
     known ??= new Timeline({
         call: (method, params) => app.call(method, params),
-        onError: (error) => app.toasts.error(error),
+        onError: (error) => app.report(error),
         announce: (text) => app.toasts.announce(text),
+        open: app.pastOpen,
         changed: app.pastChanged,
         moment: computed(() => app.view.settings.value.moment),
         look: (moment) => app.view.change({ moment }),
         shown: computed(() => app.meter.frame.value?.sceneRev ?? 0),
-        revert: (rev) => app.revert(rev),
+        revert: (rev) => {
+            app.view.change({ moment: null });
+            return app.edits.request('scene.revert', { scene_rev: rev });
+        },
     });
     return known;
+}
+
+/** At the left of the line, and now at its right. */
+function compareWithNow(app: App, moment: Moment): void {
+    app.view.change({ moment: null });
+    app.compare.moment.value = { rev: moment.rev, name: titleOf(moment, moment.rev) };
+    app.compare.show('moment');
 }
 
 /** What the scene was, as a track: looked at by hand and key, named, compared, gone back to. */
@@ -42,52 +55,38 @@ export function TimelineBar() {
     const compared = app.compare.wantsMoment.value;
     const edits = may(app.role.value, 'edit');
     const now = timeline.isNow.value;
+    const rev = app.view.settings.value.moment;
     const close = (): void => {
         timeline.playing.value = false;
         app.view.change({ moment: null });
         app.pastOpen.value = false;
-        document.querySelector<HTMLElement>('.stage')?.focus();
+        toStage();
     };
     return (
         <section class="timeline" aria-labelledby="timeline-title">
             <header>
                 <h2 id="timeline-title">Timeline</h2>
-                <Words moment={here} list={list} />
+                <Words moment={here} list={list} rev={rev} />
                 <button type="button" class="icon-button" aria-label="Close the timeline" onClick={close}>
                     <Icon name="close" />
                 </button>
             </header>
-            <Track timeline={timeline} />
+            <Track timeline={timeline} rev={rev} />
             <div class="timeline-tools">
-                <button type="button" class="toggle" aria-pressed={timeline.playing.value} disabled={list.length < 2} onClick={() => void timeline.play()}>
+                <Act class="toggle" aria-pressed={timeline.playing.value} off={list.length < 2} run={() => void timeline.play()}>
                     {timeline.playing.value ? 'Pause' : 'Play'}
-                </button>
+                </Act>
                 <Choice label="Steps a second" value={String(timeline.speed.value)} options={SPEEDS.map((s) => [String(s), String(s)])} onChange={(v) => (timeline.speed.value = Number(v))} />
-                <button type="button" class="button" disabled={now} onClick={() => timeline.look(Infinity)}>
+                <Act off={now} run={() => timeline.look(Infinity)}>
                     Now
-                </button>
-                <button
-                    type="button"
-                    class="toggle"
-                    aria-pressed={compared}
-                    disabled={now && !compared}
-                    onClick={() => (compared ? app.compare.close() : here && app.compareWithNow(here.rev, titleOf(here, here.rev)))}
-                >
+                </Act>
+                <Act class="toggle" aria-pressed={compared} off={!compared && (now || !here)} run={() => (compared ? app.compare.close() : compareWithNow(app, here!))}>
                     Compare with now
-                </button>
-                <button type="button" class="button" disabled={now || !edits} title="An edit, for everybody: undo takes it back" onClick={() => void timeline.back()}>
+                </Act>
+                <Act off={now || !here || !edits} title="An edit, for everybody: undo takes it back" run={() => void timeline.back()}>
                     Go back to here
-                </button>
-                <input
-                    key={`${here?.rev} ${here?.name}`}
-                    type="text"
-                    aria-label="Name of this moment"
-                    placeholder="Name this moment"
-                    maxLength={MOST_NAME_BYTES}
-                    disabled={!here || !edits}
-                    defaultValue={here?.name ?? ''}
-                    onChange={(e) => void timeline.name(e.currentTarget.value)}
-                />
+                </Act>
+                <NameField timeline={timeline} edits={edits} />
                 <ul class="timeline-names" aria-label="Moments with names">
                     {named.map((m) => (
                         <li key={m.rev}>
@@ -102,8 +101,66 @@ export function TimelineBar() {
     );
 }
 
-function Words({ moment, list }: { moment: Moment | undefined; list: readonly Moment[] }) {
-    if (!moment) return <p class="hint">…</p>;
+interface Press {
+    off: boolean;
+    run(): void;
+    children: ComponentChildren;
+    class?: string;
+    title?: string;
+    'aria-pressed'?: boolean;
+}
+
+/** What its press does may leave it nothing to do: it keeps the focus, where one that is disabled would lose it. */
+function Act({ off, run, children, ...more }: Press) {
+    return (
+        <button type="button" class="button" aria-disabled={off} onClick={() => !off && run()} {...more}>
+            {children}
+        </button>
+    );
+}
+
+/** What is typed is for the moment at which it was begun, whatever is edited meanwhile. */
+function NameField({ timeline, edits }: { timeline: Timeline; edits: boolean }) {
+    const draft = useSignal<{ rev: number; text: string } | null>(null);
+    const here = timeline.here.value;
+    const typed = draft.value;
+    const listed = (rev: number): Moment | undefined => timeline.moments.value.find((m) => m.rev === rev);
+    const of = typed && typed.rev !== here?.rev ? `the moment of ${titleOf(listed(typed.rev), typed.rev)}` : 'this moment';
+    const commit = async (stays: boolean): Promise<void> => {
+        const d = draft.peek();
+        if (!d) return;
+        const done = await timeline.name(d.text, d.rev);
+        if (draft.peek() !== d) return;
+        const rev = (listed(d.rev) ?? timeline.here.peek())?.rev;
+        draft.value = done || !stays || rev === undefined ? null : { ...d, rev };
+    };
+    return (
+        <input
+            type="text"
+            aria-label={`Name of ${of}`}
+            title={`Name of ${of}`}
+            placeholder="Name this moment"
+            disabled={!edits}
+            readOnly={!here && !typed}
+            value={typed?.text ?? here?.name ?? ''}
+            onInput={(e) => {
+                const box = e.currentTarget;
+                if (!e.isComposing) box.value = fittingName(box.value);
+                draft.value = { rev: typed?.rev ?? here!.rev, text: box.value };
+            }}
+            onKeyDown={(e) => {
+                if (e.key === 'Enter' && !e.isComposing) void commit(true);
+                else if (e.key === 'Escape') draft.value = null;
+            }}
+            onBlur={() => void commit(false)}
+        />
+    );
+}
+
+const unlisted = (rev: number): string => `Revision ${rev} is not listed any more`;
+
+function Words({ moment, list, rev }: { moment: Moment | undefined; list: readonly Moment[]; rev: number | null }) {
+    if (!moment) return <p class="hint">{rev !== null && list.length > 0 ? unlisted(rev) : '…'}</p>;
     return (
         <p class="timeline-words">
             {moment.at && <time dateTime={moment.at.toISOString()}>{timeOf(moment.at)}</time>} {moment.who && <b>{moment.who}</b>} {didInWords(moment, list)}
@@ -111,10 +168,12 @@ function Words({ moment, list }: { moment: Moment | undefined; list: readonly Mo
     );
 }
 
-const spoken = (m: Moment | undefined, list: readonly Moment[], now: boolean): string =>
-    m ? [now ? 'Now' : '', m.name, timeOf(m.at), [m.who, didInWords(m, list)].filter(Boolean).join(' ')].filter(Boolean).join(', ') : 'Nothing is known yet';
+function spoken(m: Moment | undefined, list: readonly Moment[], rev: number | null): string {
+    if (!m) return rev !== null && list.length > 0 ? unlisted(rev) : 'Nothing is known yet';
+    return [rev === null ? 'Now' : '', m.name, timeOf(m.at), [m.who, didInWords(m, list)].filter(Boolean).join(' ')].filter(Boolean).join(', ');
+}
 
-function Track({ timeline }: { timeline: Timeline }) {
+function Track({ timeline, rev }: { timeline: Timeline; rev: number | null }) {
     const box = useRef<HTMLDivElement>(null);
     const held = useRef(false);
     const list = timeline.moments.value;
@@ -137,7 +196,7 @@ function Track({ timeline }: { timeline: Timeline }) {
         const step = STEPS[e.key];
         if (step === undefined || e.ctrlKey || e.altKey || e.metaKey || e.shiftKey) return;
         timeline.playing.value = false;
-        timeline.look(index + step);
+        timeline.step(step);
         e.preventDefault();
         e.stopPropagation();
     };
@@ -156,7 +215,7 @@ function Track({ timeline }: { timeline: Timeline }) {
             aria-valuemin={1}
             aria-valuemax={Math.max(1, list.length)}
             aria-valuenow={index + 1}
-            aria-valuetext={spoken(list[index], list, timeline.isNow.value)}
+            aria-valuetext={spoken(timeline.here.value, list, rev)}
             onPointerDown={grab}
             onPointerMove={follow}
             onPointerUp={letGo}

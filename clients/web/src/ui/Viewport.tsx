@@ -5,6 +5,7 @@ import { Navigation } from '../view/navigation';
 import { Banner } from './Banner';
 import { NOT_TO_MEASURE } from '../state/role';
 import { useApp } from './context';
+import { toStage } from './focus';
 import { Icon } from './Icon';
 import { Lazy } from './Lazy';
 import { materialInWords } from './MaterialPanel';
@@ -92,7 +93,7 @@ function Modes() {
             {moment !== null && (
                 <p class="mode is-past" role="status">
                     <span>As it was, in your view</span>
-                    <button type="button" class="button" onClick={() => app.view.change({ moment: null })}>
+                    <button type="button" class="button" onClick={() => (app.view.change({ moment: null }), toStage())}>
                         Now
                     </button>
                 </p>
