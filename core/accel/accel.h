@@ -50,7 +50,8 @@ enum lum_tree {
     LUM_TREE_QUICK, /* to make: a fifth of the time, and half the memory */
     LUM_TREE_REFIT, /* again and again: of a copy of the positions */
 };
-/* Of at least one triangle. stop, or NULL: once it reads true the call gives up, LUM_ERR_CANCELLED. Thread: any. */
+/* Of at least one triangle. stop: NULL, or this thread builds alone, and once it reads true the call gives up,
+ * LUM_ERR_CANCELLED. Thread: any. */
 LUM_MUST_USE enum lum_status lum_accel_mesh_create(struct lum_device *device, struct lum_triangles *triangles,
                                                    enum lum_tree tree, const _Atomic bool *stop,
                                                    struct lum_accel_mesh **ret_mesh, struct lum_error *err);

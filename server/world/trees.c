@@ -9,7 +9,8 @@
 #include "core/scene/scene.h"
 
 #define MOST 64u /* of one round */
-/* Pictures come first: of two threads of one processor this one gets a tenth. */
+/* Pictures come first: of two threads of one processor this one gets a tenth. It builds alone: the ray tracer's threads
+ * would not be nice, or, if they were started here, be nice to edits, too. */
 #define NICENESS 10
 
 struct tree {
