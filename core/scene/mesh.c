@@ -426,13 +426,14 @@ uint32_t lum_scene_quick_meshes(struct lum_scene *scene, struct lum_triangles **
     for (uint32_t i = 0; scene->has_quick && i < scene->tables[LUM_ENTITY_MESH].n && n < most; i++)
         if (mesh_at(scene, i)->quick)
             ret_triangles[n++] = lum_triangles_ref(mesh_at(scene, i)->triangles);
-    scene->has_quick = n > 0;
+    scene->has_quick = false;
     return n;
 }
 
 /* Snapshots hold on to their own trees, and read no others. */
 void lum_scene_give_tree(struct lum_scene *scene, const struct lum_triangles *of, struct lum_accel_mesh *tree)
 {
+    scene->has_quick = true; /* there may have been too many for one round */
     for (uint32_t i = 0; i < scene->tables[LUM_ENTITY_MESH].n; i++) {
         struct lum_mesh *mesh = mesh_at(scene, i);
         if (mesh->triangles != of || !mesh->quick)

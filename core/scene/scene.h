@@ -48,7 +48,9 @@ void lum_scene_straighten_glass(struct lum_scene *, bool straight);
  * quick one, and without a hurry they get it to begin with.) */
 #define LUM_SCENE_QUICK_TRIANGLES 65536u /* a good tree of fewer takes less than 40 ms */
 void lum_scene_hurry(struct lum_scene *, bool hurry);
-/* What to make better trees of: at most `most`, of each a reference. Returns how many. */
+/* What to make better trees of: at most `most`, of each a reference. Returns how many: 0, if since the last call no
+ * mesh was put that is to have one, and none was given. So whoever cannot make them asks in vain until there is
+ * another. */
 uint32_t lum_scene_quick_meshes(struct lum_scene *, struct lum_triangles **ret_triangles, uint32_t most);
 /* Takes a reference, for the next commit, if a mesh of these triangles is still there with a quick one. NULL: it keeps
  * that. */

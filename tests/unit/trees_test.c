@@ -1,5 +1,7 @@
 /* Large meshes are shown with trees that were made in a hurry, and get better ones: no ray, and no view, sees which. Of
  * triangles that coincide it would: meshes with such keep what they have. */
+#include <errno.h>
+#include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -17,6 +19,19 @@
 #include "core/trace/rays.h"
 #include "server/world/world.h"
 #include "tests/support/scene_fixture.h"
+
+int __real_pthread_create(pthread_t *thread, const pthread_attr_t *attr, void *(*run)(void *), void *arg);
+int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attr, void *(*run)(void *), void *arg);
+
+static bool no_thread;
+static unsigned n_tries;
+
+/* Of our libraries, not of Embree. */
+int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attr, void *(*run)(void *), void *arg)
+{
+    n_tries++;
+    return no_thread ? EAGAIN : __real_pthread_create(thread, attr, run, arg);
+}
 
 struct bed {
     struct lum_world world;
@@ -214,14 +229,17 @@ static void triangles_that_coincide_are_found(void **state)
     lum_triangles_unref(t);
 }
 
-static void put_relief(struct bed *b, const struct lum_triangles *t)
+static void put_relief(struct bed *b, const struct lum_triangles *t, int number)
 {
+    char mesh[16], object[16];
+    snprintf(mesh, sizeof mesh, "relief %d", number);
+    snprintf(object, sizeof object, "o %d", number);
     struct lum_mesh_desc desc = {
         .positions_f = t->positions, .indices = t->indices, .n_vertices = t->n_vertices, .n_triangles = t->n_triangles};
     struct lum_error e;
     put_material(b->world.scene, "white");
-    assert_int_equal(lum_scene_put_mesh(b->world.scene, "relief", &desc, &e), LUM_OK);
-    put_object(b->world.scene, "o", "relief", "white", at(0, 0, 0));
+    assert_int_equal(lum_scene_put_mesh(b->world.scene, mesh, &desc, &e), LUM_OK);
+    put_object(b->world.scene, object, mesh, "white", at(0, 0, 0));
     assert_int_equal(lum_world_commit(&b->world, &e), LUM_OK);
 }
 
@@ -235,8 +253,8 @@ static void what_coincides_is_seen_the_same(void **state)
     for (size_t i = 0; i < LUM_ARRAY_LEN(twice); i++) {
         struct bed *b = bed_create(true), *slow = bed_create(false);
         struct lum_triangles *t = relief(twice[i]);
-        put_relief(b, t);
-        put_relief(slow, t);
+        put_relief(b, t, 0);
+        put_relief(slow, t, 0);
         look(b->world.snapshot, &first);
         look(slow->world.snapshot, &then);
         assert_memory_equal(&first, &then, sizeof first);
@@ -293,6 +311,58 @@ static void the_end_comes_at_any_time(void **state)
     }
 }
 
+/* Neither is tried again on each turn, of which there are hundreds a second: only when there is another mesh. Then
+ * those that waited get theirs, too. */
+static void what_cannot_begin_waits_for_another(void **state)
+{
+    (void)state;
+    for (int without_memory = 0; without_memory < 2; without_memory++) {
+        struct bed *b = bed_create(true);
+        fill(b);
+        no_thread = !without_memory;
+        n_tries = 0;
+        for (int turn = 0; turn < 3; turn++) {
+            lum_alloc_fail_after(without_memory);
+            lum_world_turn_trees(&b->world);
+            lum_alloc_fail_after(0);
+        }
+        assert_int_equal(n_tries, !without_memory);
+        no_thread = false;
+        lum_world_turn_trees(&b->world);
+        assert_int_equal(n_tries, !without_memory);
+        assert_true(is_quick(b));
+        edit(b, "[{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"next\",\"shape\":\"sphere\",\"segments\":[300,120]}]");
+        lum_world_turn_trees(&b->world);
+        assert_int_equal(n_tries, !without_memory + 1);
+        sem_wait(&b->ready);
+        sem_wait(&b->ready);
+        lum_world_turn_trees(&b->world);
+        assert_false(is_quick(b));
+        bed_destroy(b);
+    }
+}
+
+/* More than one round takes: all get one. */
+static void rounds_follow_until_all_are_better(void **state)
+{
+    enum { MANY = 66 }; /* a round takes 64 */
+    (void)state;
+    struct bed *b = bed_create(true);
+    struct lum_triangles *t = relief(0);
+    for (int i = 0; i < MANY; i++)
+        put_relief(b, t, i);
+    for (int i = 0; i < MANY; i++) {
+        lum_world_turn_trees(&b->world);
+        sem_wait(&b->ready);
+    }
+    lum_world_turn_trees(&b->world);
+    assert_int_equal(b->world.snapshot->n_instances, MANY);
+    for (int i = 0; i < MANY; i++)
+        assert_false(b->world.snapshot->instances[i].mesh->quick);
+    lum_triangles_unref(t);
+    bed_destroy(b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -302,6 +372,8 @@ int main(void)
         cmocka_unit_test(what_coincides_is_seen_the_same),
         cmocka_unit_test(without_hurry_there_is_nothing_to_better),
         cmocka_unit_test(what_is_gone_needs_none),
+        cmocka_unit_test(what_cannot_begin_waits_for_another),
+        cmocka_unit_test(rounds_follow_until_all_are_better),
         cmocka_unit_test(the_end_comes_at_any_time),
     };
     return cmocka_run_group_tests_name("trees", tests, NULL, NULL);
