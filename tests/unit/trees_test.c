@@ -291,10 +291,11 @@ static void what_is_gone_needs_none(void **state)
     lum_world_turn_trees(&b->world);
     edit(b, "[{\"op\":\"remove\",\"id\":\"o\"},{\"op\":\"remove\",\"id\":\"large\"}]");
     sem_wait(&b->ready);
-    const struct lum_snapshot *was = b->world.snapshot;
+    const struct lum_snapshot *was = lum_snapshot_ref(b->world.snapshot); /* it may be committed */
     lum_world_turn_trees(&b->world);
     assert_int_equal(b->world.snapshot->n_instances, 1);
     assert_ptr_equal(b->world.snapshot->top, was->top);
+    lum_snapshot_unref(was);
     bed_destroy(b);
 }
 
