@@ -44,16 +44,21 @@ struct lum_triangles *lum_triangles_create(uint32_t n_vertices, uint32_t n_trian
 struct lum_triangles *lum_triangles_ref(struct lum_triangles *triangles);
 void lum_triangles_unref(struct lum_triangles *triangles); /* accepts NULL */
 
-/* Which hits there are does not hang on it. */
+/* Where surfaces are does not hang on it. It chooses which triangle is hit where there are several at the same
+ * distance: exactly along an edge one of its two, and among triangles that coincide. */
 enum lum_tree {
     LUM_TREE_FAST,  /* to trace */
     LUM_TREE_QUICK, /* to make: a fifth of the time, and half the memory */
     LUM_TREE_REFIT, /* again and again: of a copy of the positions */
 };
-/* Of at least one triangle. stop, or NULL: once it reads true the call gives up, LUM_ERR_CANCELLED. Thread: any. */
+/* Of at least one triangle. stop: NULL, or this thread builds alone, and once it reads true the call gives up,
+ * LUM_ERR_CANCELLED. Thread: any. */
 LUM_MUST_USE enum lum_status lum_accel_mesh_create(struct lum_device *device, struct lum_triangles *triangles,
                                                    enum lum_tree tree, const _Atomic bool *stop,
                                                    struct lum_accel_mesh **ret_mesh, struct lum_error *err);
+/* Have triangles the same three positions, in any order? stop: as above, or NULL. Thread: any. */
+LUM_MUST_USE enum lum_status lum_triangles_coincide(const struct lum_triangles *triangles, const _Atomic bool *stop,
+                                                    bool *ret_any, struct lum_error *err);
 /* Same topology, new positions: refits in place. The caller must hold the only reference. */
 LUM_MUST_USE enum lum_status lum_accel_mesh_refit(struct lum_accel_mesh *mesh, const float *positions,
                                                   struct lum_error *err);

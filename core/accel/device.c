@@ -80,10 +80,11 @@ enum lum_status lum_device_create(uint32_t n_threads, const char *isa, struct lu
     if (status)
         return status;
     /* On processors that slow down for wide vectors Embree traces single rays, and not packets, with kernels of SSE:
-     * with a named set both are of that set, on every processor. */
-    char config[64];
-    snprintf(config, sizeof config, "threads=%u%s%s", n_threads, isa ? ",frequency_level=simd256,isa=" : "",
-             isa ? isa : "");
+     * with a named set both are of that set, on every processor. user_threads: who joins a build (mesh.c) has all its
+     * places for callers, and so none of Embree's threads in it. */
+    char config[96];
+    snprintf(config, sizeof config, "threads=%u,user_threads=%u%s%s", n_threads, n_threads,
+             isa ? ",frequency_level=simd256,isa=" : "", isa ? isa : "");
     struct lum_device *device = lum_calloc(1, sizeof *device);
     if (!device)
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the ray tracing device");

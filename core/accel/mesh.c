@@ -95,7 +95,10 @@ static enum lum_status build(struct lum_accel_mesh *mesh, enum lum_tree tree, co
         rtcSetSceneProgressMonitorFunction(mesh->scene, goes_on, (void *)(uintptr_t)stop);
     rtcCommitGeometry(mesh->geometry);
     rtcAttachGeometryByID(mesh->scene, mesh->geometry, 0);
-    rtcCommitScene(mesh->scene);
+    if (stop)
+        rtcJoinCommitScene(mesh->scene); /* nobody joins this thread (device.c) */
+    else
+        rtcCommitScene(mesh->scene);
     enum lum_status status = lum_device_check(mesh->device, "mesh build", err);
     rtcSetSceneProgressMonitorFunction(mesh->scene, NULL, NULL);
     if (status && stop && atomic_load(stop))

@@ -300,10 +300,15 @@ static bool same_topology(const struct lum_mesh *a, const struct lum_mesh *b)
 /* Of a mesh that does not deform, or whose topology is new. */
 static enum lum_status build_tree(const struct lum_scene *scene, struct lum_mesh *mesh, struct lum_error *err)
 {
-    mesh->quick = scene->hurry && !mesh->deforming && mesh->n_triangles >= LUM_SCENE_QUICK_TRIANGLES;
-    enum lum_tree tree = mesh->deforming ? LUM_TREE_REFIT : mesh->quick ? LUM_TREE_QUICK : LUM_TREE_FAST;
+    bool large = !mesh->deforming && mesh->n_triangles >= LUM_SCENE_QUICK_TRIANGLES, coincide = false;
     if (mesh->n_triangles == 0)
         return LUM_OK; /* every triangle was dropped: there is nothing to hit */
+    mesh->quick = large && scene->hurry;
+    enum lum_status status =
+        large && !mesh->quick ? lum_triangles_coincide(mesh->triangles, NULL, &coincide, err) : LUM_OK;
+    if (status != LUM_OK)
+        return status;
+    enum lum_tree tree = mesh->deforming ? LUM_TREE_REFIT : mesh->quick || coincide ? LUM_TREE_QUICK : LUM_TREE_FAST;
     return lum_accel_mesh_create(scene->device, mesh->triangles, tree, NULL, &mesh->accel, err);
 }
 
@@ -421,13 +426,14 @@ uint32_t lum_scene_quick_meshes(struct lum_scene *scene, struct lum_triangles **
     for (uint32_t i = 0; scene->has_quick && i < scene->tables[LUM_ENTITY_MESH].n && n < most; i++)
         if (mesh_at(scene, i)->quick)
             ret_triangles[n++] = lum_triangles_ref(mesh_at(scene, i)->triangles);
-    scene->has_quick = n > 0;
+    scene->has_quick = false;
     return n;
 }
 
 /* Snapshots hold on to their own trees, and read no others. */
 void lum_scene_give_tree(struct lum_scene *scene, const struct lum_triangles *of, struct lum_accel_mesh *tree)
 {
+    scene->has_quick = true; /* there may have been too many for one round */
     for (uint32_t i = 0; i < scene->tables[LUM_ENTITY_MESH].n; i++) {
         struct lum_mesh *mesh = mesh_at(scene, i);
         if (mesh->triangles != of || !mesh->quick)

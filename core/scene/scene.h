@@ -43,10 +43,14 @@ void lum_scene_destroy(struct lum_scene *scene); /* accepts NULL; snapshots live
 void lum_scene_straighten_glass(struct lum_scene *, bool straight);
 
 /* In a hurry, meshes of LUM_SCENE_QUICK_TRIANGLES or more get a tree that is quickly made, until they are given a
- * better one. Pictures are the same. */
+ * better one. Pictures are the same, but for rays that run exactly along an edge, which may hit its other triangle.
+ * (Of triangles that coincide the tree chooses which is seen, too: who gives trees lets meshes that have such keep the
+ * quick one, and without a hurry they get it to begin with.) */
 #define LUM_SCENE_QUICK_TRIANGLES 65536u /* a good tree of fewer takes less than 40 ms */
 void lum_scene_hurry(struct lum_scene *, bool hurry);
-/* What to make better trees of: at most `most`, of each a reference. Returns how many. */
+/* What to make better trees of: at most `most`, of each a reference. Returns how many: 0, if since the last call no
+ * mesh was put that is to have one, and none was given. So whoever cannot make them asks in vain until there is
+ * another. */
 uint32_t lum_scene_quick_meshes(struct lum_scene *, struct lum_triangles **ret_triangles, uint32_t most);
 /* Takes a reference, for the next commit, if a mesh of these triangles is still there with a quick one. NULL: it keeps
  * that. */

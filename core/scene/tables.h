@@ -77,7 +77,7 @@ struct lum_scene {
     uint64_t dropped_triangles, dropped_texels;
     bool straight_glass;
     bool hurry;
-    bool has_quick; /* meshes with trees that were made in a hurry, perhaps */
+    bool has_quick; /* since they were last asked for there are others with trees that were made in a hurry, perhaps */
     bool new_trees; /* since the last commit */
 };
 

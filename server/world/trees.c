@@ -9,12 +9,13 @@
 #include "core/scene/scene.h"
 
 #define MOST 64u /* of one round */
-/* Pictures come first: of two threads of one processor this one gets a tenth. */
+/* Pictures come first: of two threads of one processor this one gets a tenth. It builds alone: the ray tracer's threads
+ * would not be nice, or, if they were started here, be nice to edits, too. */
 #define NICENESS 10
 
 struct tree {
     struct lum_triangles *of;
-    struct lum_accel_mesh *made; /* NULL: not yet, or memory was short */
+    struct lum_accel_mesh *made; /* NULL: not yet, or it keeps what it has */
 };
 struct lum_trees {
     struct lum_device *device;
@@ -26,14 +27,24 @@ struct lum_trees {
     _Atomic bool stop;
 };
 
+/* NULL: it keeps the quick one, as memory is short, or as others would be seen of triangles that coincide. */
+static struct lum_accel_mesh *better(struct lum_trees *t, struct lum_triangles *of)
+{
+    bool coincide = true;
+    struct lum_accel_mesh *made = NULL;
+    if (lum_triangles_coincide(of, &t->stop, &coincide, NULL) || coincide ||
+        lum_accel_mesh_create(t->device, of, LUM_TREE_FAST, &t->stop, &made, NULL))
+        return NULL;
+    return made;
+}
+
 static void *trees_main(void *user)
 {
     struct lum_trees *t = user;
     lum_thread_init_fp();
     setpriority(PRIO_PROCESS, 0, NICENESS); /* of this thread; as it is, if it may not */
     for (uint32_t i = 0; i < t->n && !atomic_load(&t->stop); i++) {
-        if (lum_accel_mesh_create(t->device, t->trees[i].of, LUM_TREE_FAST, &t->stop, &t->trees[i].made, NULL))
-            t->trees[i].made = NULL;
+        t->trees[i].made = better(t, t->trees[i].of);
         atomic_store(&t->n_made, i + 1);
         t->ready.tell(t->ready.user);
     }

@@ -16,7 +16,8 @@ struct lum_trees_ready {
 };
 
 /* Gives the scene the trees that are ready, and begins with the next meshes if none is under way. True: the scene is to
- * be committed. Without memory for it, what is quickly made stays. Thread: who writes the scene. */
+ * be committed. Without memory for it, what is quickly made stays; without that for
+ * the thread, until another mesh is put: then it is tried again. Thread: who writes the scene. */
 bool lum_trees_turn(struct lum_trees **inout_trees, struct lum_device *device, struct lum_scene *scene,
                     const struct lum_trees_ready *ready);
 void lum_trees_stop(struct lum_trees *trees); /* accepts NULL; returns when its thread has ended */
