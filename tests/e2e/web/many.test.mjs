@@ -191,6 +191,63 @@ test('positions and angles typed for all keep what they do not name; lamps are a
     assert.notEqual(await inPanel('X').inputValue(), '', 'one number for all');
 });
 
+test('100 % is what each was when it joined, whatever joined or left since', async () => {
+    await page.locator('.stage').press('Escape');
+    await name('bulb-4').click();
+    await edit(async () => {
+        await field(page, 'bulb-4', 'Dim').fill('50');
+        await page.keyboard.press('Enter');
+    });
+    await name('bulb-5').click({ modifiers: ['Control'] });
+    await heading('2 lamps selected');
+    assert.equal(await inPanel('Dim').inputValue(), '', 'one is dimmed, and one is not');
+    await edit(() => type('Dim', '50'));
+    await name('bulb-6').click({ modifiers: ['Control'] });
+    await heading('3 lamps selected');
+    await edit(() => type('Dim', '100'));
+    assert.deepEqual((await fluxes()).slice(3), ['400lm', '500lm', '600lm']);
+    await page.locator('.stage').press('Escape');
+});
+
+test('the panel comes and goes, and no line of the list moves; one that it would cover comes into sight', async () => {
+    const tops = () => page.locator('.light').evaluateAll((lines) => lines.map((l) => l.getBoundingClientRect().top));
+    await page.locator('.stage').press('Escape');
+    await panel().waitFor({ state: 'detached' });
+    await name('bulb-1').focus();
+    const before = await tops();
+    await page.keyboard.press('Control+a');
+    await heading('6 lamps selected');
+    assert.deepEqual(await tops(), before);
+    await page.locator('.stage').press('Escape');
+    await panel().waitFor({ state: 'detached' });
+    assert.deepEqual(await tops(), before);
+    await name('bulb-6').focus();
+    await page.keyboard.press('Control+a');
+    await heading('6 lamps selected');
+    const line = await name('bulb-6').boundingBox();
+    assert.ok(line.y + line.height <= (await panel().boundingBox()).y + 0.5, 'the line that has the focus is not covered');
+    await page.locator('.stage').press('Escape');
+});
+
+test('the focus stays at Copy, which is of the copies then; from what is of those before it goes to what was made', async () => {
+    const title = () => page.evaluate(() => document.activeElement.textContent.trim());
+    await page.locator('.stage').press('Escape');
+    await name('bulb-1').click();
+    await name('bulb-2').click({ modifiers: ['Control'] });
+    await heading('2 lamps selected');
+    const ids = () => page.locator('.lamp.is-selected').evaluateAll((marks) => marks.map((m) => m.textContent).sort());
+    const first = await ids();
+    await edit(() => panel().getByRole('button', { name: 'Copy' }).press('Enter'));
+    await eventually(async () => (await said()) === 'Copied as 2 more, and selected them', said);
+    const second = await ids();
+    assert.deepEqual([await title(), second.some((id) => first.includes(id))], ['Copy', false]);
+    await edit(() => panel().getByRole('button', { name: 'Align X' }).press('Control+d'));
+    await eventually(async () => (await title()) === '2 lamps selected', title);
+    assert.ok(!(await ids()).some((id) => [...first, ...second].includes(id)));
+    for (let i = 0; i < 2; i++) await edit(() => page.locator('.stage').press('z'));
+    await page.locator('.stage').press('Escape');
+});
+
 test('they are grouped, copied and removed as one, with a way back', async () => {
     await page.locator('.stage').press('Escape');
     await name('bulb-4').click();

@@ -12,10 +12,14 @@ const asked = (of, method) => of.watch.sent.filter((m) => m.method === method);
 test('two browsers see each other, in the picture and in a list, and go where the other stands', async () => {
     assert.equal(await row(page).count(), 0, 'nobody else is here');
     assert.equal(asked(tab, 'pick').length, 0);
+    const tops = () => page.locator('.light').evaluateAll((lines) => lines.map((l) => l.getBoundingClientRect().top));
+    const alone = await tops();
     const browser = await launch();
     const other = await open(browser, daemon.url);
     await settled(other);
     await row(page).waitFor();
+    assert.ok(alone.length > 0);
+    assert.deepEqual(await tops(), alone, 'whoever comes moves no lamp of the list');
     assert.match(await row(page).textContent(), /Guest.*edits/);
     await other.page.locator('.stage').focus();
     for (let i = 0; i < 6; i++) await other.page.keyboard.press('ArrowLeft');

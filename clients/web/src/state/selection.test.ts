@@ -1,7 +1,8 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { signal } from '@preact/signals';
-import type { Op } from '../protocol/types';
+import type { Op, SceneRecord } from '../protocol/types';
+import { allAt, fullOf } from './dimming';
 import type { Edits } from './edits';
 import type { Lamps } from './lamps';
 import { Mover } from './mover';
@@ -59,6 +60,32 @@ test('a click selects one, with Ctrl it joins the others or leaves them, with Sh
     assert.deepEqual(selection.many.value, ['b', 'c']);
     selection.click('a', SHIFT, order);
     assert.deepEqual([...selection.many.value].sort(), ['a', 'b'], 'a range turns about where it began');
+});
+
+test('what it was when it was selected is kept of each, whichever others join or leave', () => {
+    const { selection, scene } = desk();
+    const now = (id: string): SceneRecord => scene.peek(id)!;
+    const was = (id: string): unknown => selection.found(now(id)).flux_lm;
+    const set = (id: string, value: number, rev: number): unknown => scene.apply([{ op: 'set', id, path: '/flux_lm', value }], rev);
+    selection.set(['a']);
+    set('a', 50, 2);
+    set('c', 70, 3);
+    selection.toggle('c');
+    assert.deepEqual([was('a'), was('c')], [100, 70], 'one that was alone keeps its own, one that joins has what it is now');
+    set('c', 7, 4);
+    selection.toggle('b');
+    assert.deepEqual(['a', 'b', 'c'].map(was), [100, 100, 70]);
+    assert.deepEqual(allAt([now('a'), now('c')], 1, (l) => fullOf(l, selection.found(l))).map((op) => op.op === 'set' && op.value), [100, 70], '100 % of all');
+    selection.toggle('c');
+    selection.toggle('c');
+    assert.deepEqual(['a', 'c'].map(was), [100, 7], 'one that left comes anew');
+    selection.clear();
+    assert.equal(was('a'), 50, 'of what is not selected nothing is kept');
+    selection.set(['a', 'late']);
+    scene.apply([{ op: 'add', type: 'light', kind: 'point', id: 'late', flux_lm: 10, position: [0, 0, 0] }], 5);
+    assert.equal(was('late'), 10, 'selected before its record came');
+    set('late', 1, 6);
+    assert.equal(was('late'), 10);
 });
 
 test('an object is no lamp: by its mark it is selected alone, or not at all, and it shines for nobody', () => {

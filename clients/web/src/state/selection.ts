@@ -40,6 +40,8 @@ export class Selection {
     });
     /** The same, to look one up. */
     readonly chosen = computed<ReadonlySet<string>>(() => new Set(this.ids.value));
+    /** What is selected, as it was when it was. */
+    private readonly founds = new Map<string, SceneRecord>();
     /** Where a range begins. */
     private from: string | null = null;
 
@@ -47,10 +49,24 @@ export class Selection {
         effect(() => {
             if (host.lamps.selected.value !== null) this.many.value = [];
         });
+        effect(() => {
+            for (const id of this.founds.keys()) if (!this.chosen.value.has(id)) this.founds.delete(id);
+            for (const id of this.ids.value) this.find(id, host.scene.peek(id));
+        });
     }
 
     records(): SceneRecord[] {
         return this.ids.value.map((id) => this.host.scene.record(id)).filter((r) => r !== undefined);
+    }
+
+    /** A lamp as it was when it was selected, whichever others joined it or left since: what percent of it are of. */
+    found(light: SceneRecord): SceneRecord {
+        return this.find(light.id, light)!;
+    }
+
+    private find(id: string, now: SceneRecord | undefined): SceneRecord | undefined {
+        if (now && !this.founds.has(id) && this.chosen.peek().has(id)) this.founds.set(id, now);
+        return this.founds.get(id) ?? now;
     }
 
     /** Without what comes along with a model that is selected, too: moved, or removed, it would be twice. */

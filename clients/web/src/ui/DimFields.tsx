@@ -1,4 +1,3 @@
-import { useRef } from 'preact/hooks';
 import { number } from '../lib/format';
 import type { Op, SceneRecord } from '../protocol/types';
 import { allAt, fromDali, fullOf, inUnit, levelOfAll, toDali, type Full } from '../state/dimming';
@@ -12,10 +11,7 @@ const MOST = 1e12;
 /** How bright one lamp is, or several: in their unit, in percent, and as DALI counts. Each takes the others' units, too. */
 export function DimFields({ lights }: { lights: readonly SceneRecord[] }) {
     const app = useApp();
-    /** As they were found. */
-    const before = useRef(new Map<string, SceneRecord>());
-    for (const l of lights) if (!before.current.has(l.id)) before.current.set(l.id, l);
-    const full = (light: SceneRecord): Full | null => fullOf(light, before.current.get(light.id) ?? light);
+    const full = (light: SceneRecord): Full | null => fullOf(light, app.selection.found(light));
     const told = lights.map(intensityOf);
     const { field, unit } = told[0]!;
     const alike = told.every((t) => t.field === field);

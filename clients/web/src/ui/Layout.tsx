@@ -44,8 +44,8 @@ export function Layout() {
             <div class="panel" inert={app.connection.value.at !== 'online'}>
                 <SectionNav />
                 <Lazy when={app.selection.many.value.length > 0} load={selectionPanel} with={{}} />
+                <Lazy when={app.people.others.value.length > 0} load={peoplePanel} with={{}} />
                 <div class="sections">
-                    <Lazy when={app.people.others.value.length > 0} load={peoplePanel} with={{}} />
                     <LightList />
                     <PresetPanel />
                     <LibraryPanel />

@@ -15,7 +15,9 @@ import { project } from '../view/camera';
 import { AimHandle } from './AimHandle';
 import { useApp } from './context';
 import { Handle } from './Handle';
-import { PeopleMarks } from './PeopleMarks';
+import { Lazy } from './Lazy';
+
+const peopleMarks = () => import('./PeopleMarks').then((m) => m.PeopleMarks);
 
 /** Of more lamps than this in the picture only the nearest are marked: the picture is what counts. */
 const MAX_MARKERS = 48;
@@ -43,7 +45,7 @@ export function Overlay() {
                 <Isolines />
                 <SensorPoints />
             </AtNowsSide>
-            <PeopleMarks />
+            <Lazy when={app.people.others.value.length > 0} load={peopleMarks} with={{}} />
             <PickMark />
             {objects.map((id) => (
                 <SelectedObject key={id} id={id} named={named.has(id)} />

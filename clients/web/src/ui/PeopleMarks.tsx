@@ -1,5 +1,6 @@
 import { add, scale, sub, length, type Vec3 } from '../lib/vec';
 import type { Person } from '../state/people';
+import '../style/people.css';
 import { basis, project } from '../view/camera';
 import { useApp } from './context';
 

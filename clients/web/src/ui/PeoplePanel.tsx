@@ -1,3 +1,4 @@
+import '../style/people.css';
 import { orbitFromPose } from '../view/camera';
 import { useApp } from './context';
 
@@ -9,10 +10,8 @@ export function PeoplePanel() {
     const others = app.people.others.value;
     if (others.length === 0) return null;
     return (
-        <section class="section" aria-labelledby="people-title">
-            <header class="section-head">
-                <h2 id="people-title">People</h2>
-            </header>
+        <section class="section docked people-panel" aria-labelledby="people-title">
+            <h2 id="people-title">People</h2>
             <ul class="people">
                 {others.map((p) => (
                     <li key={p.session}>

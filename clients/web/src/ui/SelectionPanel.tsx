@@ -1,5 +1,6 @@
 import { useSignal } from '@preact/signals';
-import { useRef } from 'preact/hooks';
+import type { ComponentChildren } from 'preact';
+import { useLayoutEffect, useRef } from 'preact/hooks';
 import type { SceneRecord } from '../protocol/types';
 import { alignOps, aimOps, anglesOfAll, distributeOps, yawOf, yawOps } from '../state/arrange';
 import { isAimed } from '../state/lamp_make';
@@ -23,22 +24,27 @@ const USUAL_TILE_M = 0.6;
 /** Several lamps and objects as one: each number is for all of them, and one step of undo. Where they differ it says "mixed". */
 export function SelectionPanel() {
     const app = useApp();
-    if (app.selection.many.value.length === 0) return null;
-    const records = app.selection.records();
-    return records.length > 0 ? <Several records={records} /> : null;
+    const last = useRef<readonly SceneRecord[]>([]);
+    const records = app.selection.many.value.length > 0 ? app.selection.records() : [];
+    // Copies are selected before the server has told of them: till then the panel, and the focus in it, stay.
+    if (records.length > 0 || app.selection.many.value.length === 0) last.current = records;
+    return last.current.length > 0 ? <Several records={last.current} /> : null;
 }
 
 function Several({ records }: { records: readonly SceneRecord[] }) {
     const app = useApp();
     const box = useRef<HTMLElement>(null);
     useFocusAfter(box);
+    useLayoutEffect(keepInSight, []);
     const wholes = app.selection.wholes();
     const lamps = records.filter(isLamp);
     const anyOn = lamps.some(isOn);
     return (
-        <section ref={box} class="section selection" aria-labelledby="selection-title">
+        <section ref={box} class="section docked selection" aria-labelledby="selection-title">
             <header class="section-head">
-                <h2 id="selection-title">{inWords(records)} selected</h2>
+                <h2 id="selection-title" tabIndex={-1}>
+                    {inWords(records)} selected
+                </h2>
                 {lamps.length > 0 && (
                     <>
                         <Editing>
@@ -56,7 +62,7 @@ function Several({ records }: { records: readonly SceneRecord[] }) {
                 </button>
             </header>
             <Editing>
-                <div class="light-details" key={app.selection.many.value.join(' ')}>
+                <Numbers key={app.selection.many.value.join(' ')}>
                     {lamps.length > 0 && (
                         <>
                             <GroupDimmer label="Selected lamps intensity" records={lamps} tabIndex={0} />
@@ -74,17 +80,37 @@ function Several({ records }: { records: readonly SceneRecord[] }) {
                             onCommit={(group) => void app.selection.apply(fieldOfAll(lamps, '/group', group || null), group ? `In group ${group}` : 'In no group')}
                         />
                     )}
-                    <div class="actions">
-                        <button type="button" class="button" title="Ctrl + D" onClick={() => void app.selection.duplicate()}>
-                            Copy
-                        </button>
-                        <button type="button" class="button" title="Delete" aria-label="Remove what is selected" onClick={() => void app.selection.remove()}>
-                            Remove
-                        </button>
-                    </div>
+                </Numbers>
+                {/* It stays when others are selected, and the focus on it: Copy again copies the copies. */}
+                <div class="actions">
+                    <button type="button" class="button" title="Ctrl + D" onClick={() => void app.selection.duplicate()}>
+                        Copy
+                    </button>
+                    <button type="button" class="button" title="Delete" aria-label="Remove what is selected" onClick={() => void app.selection.remove()}>
+                        Remove
+                    </button>
                 </div>
             </Editing>
         </section>
+    );
+}
+
+/** The panel lies over the lower end of the lists: the line from which it was opened stays to be seen. */
+function keepInSight(): void {
+    const { activeElement } = document;
+    if (activeElement?.closest('.sections')) activeElement.scrollIntoView({ block: 'nearest' });
+}
+
+const toTitle = (): void => document.getElementById('selection-title')?.focus({ preventScroll: true });
+
+/** Of these lamps and objects: for others there are others, and a focus in one of them goes to what is selected now. */
+function Numbers({ children }: { children: ComponentChildren }) {
+    const box = useRef<HTMLDivElement>(null);
+    useFocusAfter(box, toTitle);
+    return (
+        <div ref={box} class="light-details">
+            {children}
+        </div>
     );
 }
 

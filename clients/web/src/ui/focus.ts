@@ -4,12 +4,12 @@ import { useLayoutEffect } from 'preact/hooks';
 
 export const toStage = (): void => document.querySelector<HTMLElement>('.stage')?.focus({ preventScroll: true });
 
-/** To the picture, when this goes while the focus is in it. */
-export function useFocusAfter(box: RefObject<HTMLElement | null>): void {
+/** To the picture, or where else it belongs, when this goes while the focus is in it. */
+export function useFocusAfter(box: RefObject<HTMLElement | null>, to: () => void = toStage): void {
     useLayoutEffect(() => {
         const element = box.current;
         return () => {
-            if (element?.contains(document.activeElement)) toStage();
+            if (element?.contains(document.activeElement)) to();
         };
     }, []);
 }
