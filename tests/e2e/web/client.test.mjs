@@ -292,15 +292,28 @@ test('a number that cannot be is refused with the reason beside it', async () =>
     assert.equal(await page.locator('.number-reason', { hasText: /./ }).count(), 0);
 });
 
-test('white balance takes the colour out of the light, and costs no ray', async () => {
+test('a view opens balanced for its lamps, most of the way; white balance takes the colour out of the light, and of no map', async () => {
+    await settled(tab);
+    const off = page.getByLabel('White balance off');
+    assert.equal(await off.getAttribute('aria-pressed'), 'false');
+    const opened = tab.watch.sent.findLast((m) => m.method === 'view.open').params.white_balance_k;
+    await page.getByRole('combobox', { name: 'Map', exact: true }).selectOption('luminance');
+    await settled(tab, { spp: SAMPLES });
+    const map = await thumbnail(page);
+    await off.click();
+    await settled(tab, { spp: SAMPLES });
+    assert.ok(difference(map, await thumbnail(page)) < 3, 'false colour is of light, and not of how it is seen');
+    await page.getByRole('combobox', { name: 'Map', exact: true }).selectOption('none');
     await settled(tab);
     const blue = async () => (await thumbnail(page)).reduce((sum, v, i) => sum + (i % 4 === 2 ? v : i % 4 === 0 ? -v : 0), 0);
     const warm = await blue();
     const plain = await thumbnail(page);
-    await page.getByLabel('White balance off').click();
+    await off.click(); // to the lamps', all the way
     await settled(tab);
+    const lamps = tab.watch.sent.findLast((m) => m.params?.white_balance_k).params.white_balance_k;
+    assert.ok(opened > lamps && opened < 6504, `${opened} K, and the lamps ${lamps} K`);
     assert.ok((await blue()) > warm + 64 * 48 * 10, 'bluer by more than ten steps of 255');
-    await page.getByLabel('White balance off').click();
+    await off.click();
     await settled(tab);
     assert.ok(difference(plain, await thumbnail(page)) < 3);
 });

@@ -18,7 +18,7 @@ import { Follower } from './follow';
 import { Imports } from './imports';
 import { Lamps } from './lamps';
 import { Library } from './library';
-import { isLamp } from './lights';
+import { adaptedKelvin, isLamp } from './lights';
 import { factsOf, type Facts } from './luminaires';
 import { isSoloed } from './many';
 import { LuxMeter } from './luxmeter';
@@ -242,6 +242,10 @@ export class App {
             if (rev.value === 0 || solo.length === 0) return;
             if (!lamps.value.some((id) => this.isSoloed(id))) this.view.change({ solo: [] });
         });
+    }
+
+    private lamped(): SceneRecord[] {
+        return this.scene.lamps.value.map((id) => this.scene.record(id)).filter((l) => l !== undefined);
     }
 
     private lights(): SceneRecord[] {
@@ -473,7 +477,10 @@ export class App {
             if (this.mayMeasure.value) this.sensors.begin();
             if (hello.resumed !== true) this.tellLost();
             if (this.sharing.waits) await this.learn(rpc);
-            if (!this.sharing.apply() && !this.cameraChosen) this.goHome();
+            if (!this.sharing.apply() && !this.cameraChosen) {
+                this.goHome();
+                this.view.change({ whiteBalance: adaptedKelvin(this.lamped()) }); // once: lamps that change their colour are seen to
+            }
             this.cameraChosen = true;
             this.pastChanged.value++;
             await this.view.open();

@@ -9,7 +9,7 @@ import type { JsonObject } from '../protocol/rpc';
 import type { SceneRecord } from '../protocol/types';
 import { aimed, aimedAt, aimOf, anglesOf, directionOf, edgesTowards, isAimed, KIND_NAMES, newLamp } from './lamp_make';
 import { markedOf } from './lamps';
-import { intensityOf, kelvinOfAll, matches } from './lights';
+import { adaptedKelvin, intensityOf, kelvinOfAll, matches } from './lights';
 import { inSight, layoutOf, linesOf } from './listing';
 import { LuxMeter } from './luxmeter';
 import { SceneMirror, withField } from './scene';
@@ -91,6 +91,22 @@ test('the temperature of all lamps is that of their light together: what is off 
     assert.equal(kelvinOfAll([lamp({ flux_lm: 100, cct_k: 2000 }), lamp({ flux_lm: 300, cct_k: 6000 })]), 4000);
     assert.equal(kelvinOfAll([lamp({ flux_lm: 100, cct_k: 2700 }), lamp({ flux_lm: 900, cct_k: 6000, on: false }), lamp({ flux_lm: 9, color: [1, 0, 0] })]), 2700);
     assert.equal(kelvinOfAll([lamp({ flux_lm: 9, color: [1, 0, 0] })]), null);
+});
+
+test('a view opens with most of the colour of the lamps taken for white, as eyes do, and none where daylight comes in', () => {
+    const lamp = (fields: JsonObject): SceneRecord => record({ kind: 'point', flux_lm: 100, ...fields });
+    for (const cct_k of [1900, 2700, 4000, 9000]) {
+        const seen = adaptedKelvin([lamp({ cct_k }), lamp({ cct_k })])!;
+        // CIECAM02: 1 - e^(-62/92) / 3.6 = 0.858 of the way from D65, in reciprocal kelvins; half a kelvin is rounded off.
+        const way = (1e6 / seen - 1e6 / 6504) / (1e6 / cct_k - 1e6 / 6504);
+        assert.ok(Math.abs(way - 0.8584) < 0.003, `${cct_k} K: ${seen} K, ${way}`);
+    }
+    assert.equal(adaptedKelvin([lamp({ cct_k: 6504 })]), 6504);
+    const warm = lamp({ cct_k: 2700 });
+    for (const kind of ['sky', 'sun', 'environment', 'directional']) assert.equal(adaptedKelvin([warm, record({ kind })]), null, kind);
+    assert.notEqual(adaptedKelvin([warm, record({ kind: 'sun', on: false })]), null, 'at night');
+    assert.equal(adaptedKelvin([warm, lamp({ flux_lm: 150 })]), null, 'of most of the light nobody knows');
+    assert.equal(adaptedKelvin([]), null);
 });
 
 /** Lamps 0..n-1, every third in group "g". */

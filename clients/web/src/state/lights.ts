@@ -105,6 +105,24 @@ export function kelvinOfAll(lights: readonly SceneRecord[]): number | null {
     return lumens > 0 ? Math.round(lumens / reciprocal) : null;
 }
 
+/** How far eyes adapt to the colour of the light around them: CIE 159:2004 (CIECAM02), its degree of adaptation in an average
+ * surround, where white walls are 100 cd/m², as 300 to 500 lx make them, and all that is seen is a fifth of that: 0.86. */
+const ADAPTED = 1 - Math.exp(-(20 + 42) / 92) / 3.6;
+/** White of a screen. */
+const SCREEN_K = 6504;
+const DAYLIGHT = ['environment', 'directional', 'sky', 'sun'];
+
+/** What is white to whoever comes into the room: most of the way, in reciprocal kelvins, from a screen's white to that of the
+ * lamps. Null: as it is on a screen, where daylight comes in, or most of the light has no temperature. */
+export function adaptedKelvin(lamps: readonly SceneRecord[]): number | null {
+    const lit = lamps.filter(isOn);
+    const lumens = (of: readonly SceneRecord[]): number => of.reduce((sum, lamp) => sum + (fluxOf(lamp) ?? 0), 0);
+    const kelvin = kelvinOfAll(lit);
+    const most = 2 * lumens(lit.filter((lamp) => colourOf(lamp).kelvin !== null)) > lumens(lit);
+    if (kelvin === null || !most || lit.some((lamp) => DAYLIGHT.includes(kindOf(lamp)))) return null;
+    return Math.round(1 / (ADAPTED / kelvin + (1 - ADAPTED) / SCREEN_K));
+}
+
 /** The light of an object that shines, as the server tells it: without it the record is no lamp, or a light. */
 export function emitsOf(record: SceneRecord): JsonObject | null {
     return record.type === 'object' && isObject(record.emits) ? record.emits : null;
