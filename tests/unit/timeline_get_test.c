@@ -138,7 +138,7 @@ static void name_one(struct lum_director *d, uint32_t number)
     const struct lum_moment *m = lum_document_moment(d->world.doc, number * 7 % n);
     char name[20];
     snprintf(name, sizeof name, "%.*s%u", number % 4 ? 1 : 0, "n", number);
-    assert_true(lum_document_name_moment(d->world.doc, "bob", m->rev, number % 4 ? name : "", &err));
+    assert_true(lum_document_name_moment(d->world.doc, "bob", m->rev, number % 4 ? name : "", NULL, &err));
 }
 
 static void what_was_told_says_what_is_true(void **state)
