@@ -95,4 +95,8 @@ void lum_demand_choose(struct lum_demand *d, bool antialias, uint32_t effects_of
         d->on[e] = !off;
         snprintf(d->why[e], sizeof d->why[e], "%s", off ? "the view switched it off" : "the view forces it on");
     }
+    if (d->on[LUM_EFFECT_SCATTERING] && !d->on[LUM_EFFECT_MEDIA]) { /* fog that is not there scatters nothing */
+        d->on[LUM_EFFECT_SCATTERING] = false;
+        snprintf(d->why[LUM_EFFECT_SCATTERING], sizeof d->why[0], "the view leaves fog out");
+    }
 }

@@ -116,6 +116,7 @@ static void begin_foggy(struct rig *r, enum lamp lamp, uint32_t n_panes)
     struct lum_medium_desc fog = {.sigma_s = lum_grey(0.05f), .lo = rig_v(-20, 0.1, -20), .hi = rig_v(20, 0.9, 20)};
     struct lum_material_desc m = glass(1.5, 1, 0.5, 1), black = rig_diffuse(0.0f);
     begin(r);
+    r->settings.effects_off |= LUM_EFFECT_BIT(LUM_EFFECT_SCATTERING); /* of light paths that panes turn into others */
     rig_material(r, "matte", &black);
     RIG_OK(lum_scene_put_medium(r->scene, "fog", &fog, &err));
     put_lamp(r, lamp, 1.0, 1.0);

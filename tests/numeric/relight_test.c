@@ -210,7 +210,8 @@ static void dimmed_fog_keeps_its_points(void **state)
         struct rig r;
         room(&r, true);
         r.settings.w = 150;
-        r.settings.effects_off |= LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY); /* whose paths follow the powers, too */
+        /* Light paths in fog and to gloss follow the powers, too. */
+        r.settings.effects_off |= LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY) | LUM_EFFECT_BIT(LUM_EFFECT_SCATTERING);
         rig_object(&r, "crate", "crate", "red", rig_v(0, 1.9, -0.4));
         rig_commit(&r);
         rig_pass(&r);

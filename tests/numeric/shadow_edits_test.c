@@ -164,8 +164,10 @@ static void begin_room(struct rig *r, struct dice *d)
     r->settings.max_spp = 1;
     r->settings.antialias = false;
     r->settings.shadow_budget = 0; /* what an older view knows beyond that, a new one does not */
-    r->settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY) |
-                              LUM_EFFECT_BIT(LUM_EFFECT_MEDIA); /* so are points in fog */
+    r->settings.effects_off =
+        LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY) |
+        LUM_EFFECT_BIT(LUM_EFFECT_SCATTERING) | /* of light paths, which lamps share as they first shone */
+        LUM_EFFECT_BIT(LUM_EFFECT_MEDIA);       /* so are points in fog */
 }
 
 static void compare_with_new_view(struct rig *r, uint32_t run, uint32_t step)
