@@ -111,9 +111,10 @@ test('"Now" keeps the focus; in the picture, where it goes away, the picture tak
 });
 
 test('a name that is typed while somebody else edits is of the moment at which it was begun', async () => {
-    const then = await shownRev(page);
     const others = await open(context, daemon.url);
     await settled(others);
+    const then = await shownRev(others.page); // a page that comes now sees now; this one may still be on its way there
+    await eventually(async () => (await shownRev(page)) === then, () => shownRev(page));
     const name = bar().getByRole('textbox', { name: /^Name of/ });
     await name.focus();
     await page.keyboard.type('half ');
@@ -156,6 +157,7 @@ test('a server that began anew keeps no moment that is looked at: now is shown, 
     await page.keyboard.press('t');
     await track().waitFor();
     await eventually(async () => Number(await track().getAttribute('aria-valuemax')) > 4, said);
+    await track().focus();
     await page.keyboard.press('ArrowLeft');
     await eventually(async () => !(await said()).startsWith('Now'), said);
     assert.equal(await daemon.stop(), 0, daemon.log);
