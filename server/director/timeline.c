@@ -8,8 +8,6 @@
 #include <cjson/cJSON.h>
 
 #include "protocol/json/json.h"
-#include "protocol/message/rpc.h"
-#include "protocol/record/field.h"
 #include "server/director/read_request.h"
 #include "server/director/saving.h"
 #include "server/project/store.h"
