@@ -1,4 +1,6 @@
-/* What is under a pixel. */
+/* What is under a pixel, and around an eye. */
+#include <stdlib.h>
+
 #include "core/pass/pass.h"
 #include "core/render/view.h"
 #include "core/scene/surface.h"
@@ -32,4 +34,44 @@ void lum_pick_at(const struct lum_snapshot *s, const struct lum_camera *camera, 
         .normal = surface.ng,
         .distance_m = (double)hits.t[0] / scale,
     };
+}
+
+/* Directions that cover the sphere evenly: heights in equal steps, each turned on by the golden angle. */
+static struct lum_vec3 direction_around(uint32_t i, uint32_t n)
+{
+    const double golden_angle = 2.399963229728653; /* pi (3 - sqrt 5) */
+    double up = 1.0 - (2.0 * i + 1.0) / n, flat = sqrt(1.0 - up * up), turn = golden_angle * i;
+    return lum_v3((float)(flat * cos(turn)), (float)up, (float)(flat * sin(turn)));
+}
+
+static int nearer(const void *a, const void *b)
+{
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+void lum_surroundings_at(const struct lum_snapshot *s, const struct lum_camera *camera,
+                         struct lum_surroundings *ret_around)
+{
+    *ret_around = (struct lum_surroundings){0};
+    struct lum_eye eye;
+    if (lum_eye_init(&eye, camera, &s->norm, 1, 1, NULL) != LUM_OK)
+        return;
+    struct lum_counters counters = {0};
+    struct lum_rays rays = {.n = 0};
+    struct lum_hits hits;
+    for (uint32_t i = 0; i < LUM_RAY_BATCH; i++)
+        lum_rays_push(&rays, eye.o, direction_around(i, LUM_RAY_BATCH), INFINITY);
+    struct lum_trace trace = lum_trace_of_eye(s, &counters);
+    lum_trace_closest(&trace, &rays, &hits);
+    float met[LUM_RAY_BATCH];
+    uint32_t n_met = 0;
+    for (uint32_t i = 0; i < rays.n; i++)
+        if (hits.object[i] != LUM_NO_OBJECT)
+            met[n_met++] = hits.t[i];
+    if (n_met == 0)
+        return;
+    qsort(met, n_met, sizeof *met, nearer);
+    *ret_around = (struct lum_surroundings){.enclosed = (double)n_met / rays.n,
+                                            .reach_m = (double)met[n_met / 2] / s->norm.scale};
 }

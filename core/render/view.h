@@ -82,6 +82,14 @@ struct lum_pick {
 void lum_pick_at(const struct lum_snapshot *snapshot, const struct lum_camera *camera, uint32_t w, uint32_t h, double x,
                  double y, struct lum_pick *ret_pick);
 
+/* What is around the eye of a camera: is it in a room? Thread: any (traces one batch of rays). */
+struct lum_surroundings {
+    double enclosed; /* 0..1: of all directions those in which something is met */
+    double reach_m;  /* the median of how far that is; 0: nothing is */
+};
+void lum_surroundings_at(const struct lum_snapshot *snapshot, const struct lum_camera *camera,
+                         struct lum_surroundings *ret_around);
+
 /* Illuminance at a point by path tracing n_samples, split over the pool: direct and indirect, with standard error. In
  * slices that a caller fits between other work: what comes out does not depend on how they are cut. */
 struct lum_probe {

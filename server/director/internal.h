@@ -26,8 +26,6 @@
 #include "server/journal/done.h"
 #include "server/world/world.h"
 
-struct cJSON;
-
 #define LUM_INBOX_MAX 4096u /* a few messages from each session, or all of one burst */
 /* Of all requests that are not done, waiting imports too: their text, or what it was read to where that is more. The
  * costliest message takes most of it. */
@@ -124,7 +122,9 @@ void lum_director_refuse_lost(struct lum_director *d, uint64_t durable, const st
 
 /* ---- views.c ---- */
 void lum_director_refresh_views(struct lum_director *d, int64_t received_ns);
-struct lum_server_view *lum_director_find_view(struct lum_director *d, struct lum_session_ref session, uint32_t id);
+/* The view that the request names. NULL: the session has none of that number, as err says unless it is NULL. */
+struct lum_server_view *lum_director_view_of(struct lum_director *d, const struct lum_request *q,
+                                             struct lum_proto_error *err);
 /* Sends every frame that is due now. Returns how long until the next one will be; INT64_MAX: none waits for time. */
 int64_t lum_director_publish_due(struct lum_director *d);
 struct lum_server_view *lum_director_choose_view(struct lum_director *d);

@@ -106,13 +106,12 @@ static void pass_turn(struct lum_director *d)
 static const struct lum_snapshot *scene_of(struct lum_director *d, const struct lum_request *q,
                                            struct lum_proto_error *err)
 {
-    const struct lum_server_view *v = lum_director_find_view(d, q->session, q->view_id);
-    if (v)
-        return v->solo ? v->solo : lum_world_lit(&d->world);
     if (q->view_id == 0)
         return lum_world_lit(&d->world);
-    lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u", q->view_id);
-    return NULL;
+    const struct lum_server_view *v = lum_director_view_of(d, q, err);
+    if (!v)
+        return NULL;
+    return v->solo ? v->solo : lum_world_lit(&d->world);
 }
 
 /* In the scene as it is now. */

@@ -1,4 +1,4 @@
-/* The director's answers about the scene: pick, bounds, photometry, daylight, statistics. */
+/* The director's answers about the scene: pick, surroundings, bounds, photometry, daylight, statistics. */
 #include "server/director/internal.h"
 
 #include <string.h>
@@ -28,10 +28,10 @@ bool lum_request_read_pixel(struct lum_json_reader *r, struct lum_request *q)
 static struct lum_server_view *view_of_pixel(struct lum_director *d, const struct lum_request *q,
                                              struct lum_proto_error *err)
 {
-    struct lum_server_view *v = lum_director_find_view(d, q->session, q->view_id);
+    struct lum_server_view *v = lum_director_view_of(d, q, err);
     if (!v)
-        lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u", q->view_id);
-    else if (!(q->x >= 0.0 && q->x < v->settings.w))
+        return NULL;
+    if (!(q->x >= 0.0 && q->x < v->settings.w))
         lum_proto_fail_range(err, "x", 0.0, v->settings.w);
     else if (!(q->y >= 0.0 && q->y < v->settings.h))
         lum_proto_fail_range(err, "y", 0.0, v->settings.h);
@@ -82,6 +82,30 @@ static void pick(struct lum_director *d, const struct lum_request *q)
 }
 
 const struct lum_request_type lum_request_pick = {.name = "pick", .read = read_pick, .answer = pick};
+
+static bool read_view(struct lum_json_reader *r, struct lum_request *q)
+{
+    return lum_request_read_view_id(r, q) && lum_json_end(r);
+}
+
+static void surroundings(struct lum_director *d, const struct lum_request *q)
+{
+    struct lum_proto_error err;
+    const struct lum_server_view *v = lum_director_view_of(d, q, &err);
+    if (!v) {
+        lum_director_refuse(d, q, &err);
+        return;
+    }
+    struct lum_surroundings around;
+    lum_surroundings_at(v->moment ? v->moment : d->world.snapshot, &v->settings.camera, &around);
+    cJSON *o = cJSON_CreateObject();
+    lum_json_add_number(o, "enclosed", around.enclosed);
+    lum_json_add_number(o, "reach", around.reach_m);
+    lum_director_reply(d, q, o);
+}
+
+const struct lum_request_type lum_request_surroundings = {
+    .name = "surroundings", .read = read_view, .answer = surroundings};
 
 /* What the picture has at the request's pixel: no ray is traced for it. */
 static void view_read(struct lum_director *d, const struct lum_request *q)

@@ -94,7 +94,7 @@ static uint32_t spp_of(int picture)
 static enum lum_status prepare(struct lum_director *d, const struct lum_request *q, struct lum_reporting *r,
                                struct lum_error *err)
 {
-    const struct lum_server_view *v = q->view_id ? lum_director_find_view(d, q->session, q->view_id) : NULL;
+    const struct lum_server_view *v = q->view_id ? lum_director_view_of(d, q, NULL) : NULL;
     enum lum_status st = lum_schedule_make(&d->world, &r->schedule, err);
     for (size_t i = 0; i < r->n && !st; i++) {
         struct lum_measured *one = &r->measured[i];
@@ -312,9 +312,8 @@ static bool read_report(struct lum_json_reader *r, struct lum_request *q)
 static bool enqueue(struct lum_director *d, struct lum_request *q, struct lum_proto_error *err)
 {
     struct lum_request **end = &d->reports.waiting;
-    if (q->view_id && !lum_director_find_view(d, q->session, q->view_id))
-        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u",
-                              q->view_id);
+    if (q->view_id && !lum_director_view_of(d, q, err))
+        return false;
     for (; *end; end = &(*end)->next)
         if (lum_session_same((*end)->session, q->session))
             return lum_proto_fail(err, LUM_PROTO_APPLICATION, "busy", "",

@@ -56,6 +56,7 @@ struct lum_request_type {
     X(view_close, VIEW)                                                                                                \
     X(view_read, VIEW)                                                                                                 \
     X(pick, VIEW)                                                                                                      \
+    X(surroundings, VIEW)                                                                                              \
     X(bounds, VIEW)                                                                                                    \
     X(photometry, VIEW)                                                                                                \
     X(asset_list, EDIT)                                                                                                \

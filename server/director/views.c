@@ -19,23 +19,24 @@
 
 /* ---- requests ---- */
 
-struct lum_server_view *lum_director_find_view(struct lum_director *d, struct lum_session_ref session, uint32_t id)
+struct lum_server_view *lum_director_view_of(struct lum_director *d, const struct lum_request *q,
+                                             struct lum_proto_error *err)
 {
     for (struct lum_server_view *v = d->views; v; v = v->next)
-        if (v->id == id && lum_session_same(v->session, session))
+        if (v->id == q->view_id && lum_session_same(v->session, q->session))
             return v;
+    if (err)
+        lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u", q->view_id);
     return NULL;
 }
 
 /* NULL: refused. */
-static struct lum_server_view *require_view(struct lum_director *d, const struct lum_request *q, uint32_t id)
+static struct lum_server_view *require_view(struct lum_director *d, const struct lum_request *q)
 {
-    struct lum_server_view *v = lum_director_find_view(d, q->session, id);
-    if (!v) {
-        struct lum_proto_error err;
-        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u", id);
+    struct lum_proto_error err;
+    struct lum_server_view *v = lum_director_view_of(d, q, &err);
+    if (!v)
         lum_director_refuse(d, q, &err);
-    }
     return v;
 }
 
@@ -133,7 +134,7 @@ static bool read_view_update(struct lum_json_reader *r, struct lum_request *q)
 static void view_update(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_proto_error err;
-    struct lum_server_view *v = require_view(d, q, q->view_id);
+    struct lum_server_view *v = require_view(d, q);
     if (!v)
         return;
     count_moments(d, v);
@@ -173,7 +174,7 @@ static bool read_view_close(struct lum_json_reader *r, struct lum_request *q)
 
 static void view_close(struct lum_director *d, const struct lum_request *q)
 {
-    struct lum_server_view *v = require_view(d, q, q->view_id);
+    struct lum_server_view *v = require_view(d, q);
     if (!v)
         return;
     struct lum_server_view **at = &d->views;

@@ -38,6 +38,7 @@ FORMS = {
     "view.close": {"view_id": 4000000000},
     "pick": {"view_id": 4000000000, "x": 1, "y": 1},
     "view.read": {"view_id": 4000000000, "x": 1, "y": 1},
+    "surroundings": {"view_id": 4000000000},
     "photometry": {"id": "panel"},
     "asset.list": {"kind": "photometry", "match": "down"},
     "asset.photometry": {"asset": "maker/downlight.ies"},
@@ -52,7 +53,7 @@ REQUIRED = {"project.create": ["name"], "project.rename": ["project", "name"], "
             "project.restore": ["project"], "project.erase": ["project"], "version.list": ["project"],
             "version.remove": ["project", "version"],
             "scene.apply": ["ops"], "scene.revert": ["scene_rev"], "timeline.name": ["scene_rev", "name"], "preset.store": ["id"], "preset.recall": ["id"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
-            "pick": ["view_id", "x", "y"], "view.read": ["view_id", "x", "y"], "photometry": ["id"],
+            "pick": ["view_id", "x", "y"], "view.read": ["view_id", "x", "y"], "surroundings": ["view_id"], "photometry": ["id"],
             "asset.list": ["kind"], "asset.photometry": ["asset"], "sensor.read": ["id"], "probe": ["view_id", "x", "y"]}
 with open(os.path.join(os.path.dirname(__file__), "..", "..", "protocol", "PROTOCOL.md"), encoding="utf-8") as page:
     EXAMPLES = [json.loads(line) for line in re.findall(r'^\u2192 (\{"jsonrpc":.*"method":.*)$', page.read(), re.M)]
@@ -217,7 +218,7 @@ class Requests(unittest.TestCase):
     def test_other_peoples_views(self):
         other = self.daemon.connect()
         view_id = other.call("view.open", {"size": [32, 32], "camera_id": "main"})["view_id"]
-        for method in ("view.update", "view.close", "view.read", "pick", "probe"):
+        for method in ("view.update", "view.close", "view.read", "pick", "surroundings", "probe"):
             self.fails(method, {**FORMS[method], "view_id": view_id}, -32000, "not_found")
         other.call("view.close", {"view_id": view_id})
 

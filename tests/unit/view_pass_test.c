@@ -214,6 +214,32 @@ static void first_hits_and_picks(void **state)
     rig_end(&r);
 }
 
+/* In a closed room all is met, none nearer than its walls or farther than its corners; from above a box its lid alone.
+ */
+static void what_is_around_an_eye(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 1);
+    rig_furnace(&r, 1.0, 0.5f, 1.0);
+    rig_commit(&r);
+    struct lum_surroundings around;
+    struct lum_camera inside = {{0, 0, 0}, {0, 0, 1}, {0, 1, 0}, 60, false};
+    lum_surroundings_at(r.snapshot, &inside, &around);
+    assert_true(around.enclosed == 1.0);
+    assert_true(around.reach_m >= 1.0 - 1e-5 && around.reach_m <= sqrt(3.0));
+    /* A square of half side a at a distance d takes 4 asin(a^2 / (a^2 + d^2)) of 4 pi. Its border, four arcs of
+     * acos(1/3) here, crosses some 22 of the 256 equal cells that the directions stand for: at most half of each is
+     * counted wrongly. */
+    struct lum_camera above = {{0, 2, 0}, {0, 5, 0}, {0, 0, 1}, 60, false};
+    lum_surroundings_at(r.snapshot, &above, &around);
+    assert_true(fabs(around.enclosed - asin(0.5) / 3.14159265358979323846) <= 11.0 / 256);
+    struct lum_camera nowhere = {{(double)NAN, 2, 0}, {0, 5, 0}, {0, 0, 1}, 60, false};
+    lum_surroundings_at(r.snapshot, &nowhere, &around);
+    assert_true(around.enclosed == 0.0 && around.reach_m == 0.0);
+    rig_end(&r);
+}
+
 /* Also when they were asked for while something was away that is back in the pass that follows. */
 static void first_hits_between_passes_do_not_show(void **state)
 {
@@ -311,6 +337,7 @@ int main(void)
         cmocka_unit_test(a_dimmed_lamp_has_no_rough_pass),
         cmocka_unit_test(progress_stops_and_starts_over),
         cmocka_unit_test(first_hits_and_picks),
+        cmocka_unit_test(what_is_around_an_eye),
         cmocka_unit_test(first_hits_between_passes_do_not_show),
         cmocka_unit_test(refusals_name_the_field),
         cmocka_unit_test(short_memory_is_survived),

@@ -681,6 +681,7 @@ export type Method =
     | 'view.read'
     | 'frame.ack'
     | 'pick'
+    | 'surroundings'
     | 'bounds'
     | 'photometry'
     | 'daylight'
@@ -720,6 +721,7 @@ export type Method =
 /** What requests take, as the examples of PROTOCOL.md have it, where messages.ts says no more. */
 export interface ParamsByExample {
     'view.close': { view_id: number };
+    surroundings: { view_id: number };
     bounds: { id: string };
     'timeline.name': { scene_rev: number; name: string };
     'scene.export': Record<string, never>;
@@ -732,6 +734,7 @@ export interface ParamsByExample {
 /** What they are answered. */
 export interface AnswersByExample {
     'view.close': Record<string, never>;
+    surroundings: { enclosed: number; reach: number };
     bounds: { min: readonly [number, number, number]; max: readonly [number, number, number] };
     'timeline.name': Record<string, never>;
     'scene.export': { get: string; bytes: number; scene_rev: number };

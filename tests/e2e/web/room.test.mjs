@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import { eventually, row } from './browser.mjs';
+import { centre, drag, eventually, row, settled } from './browser.mjs';
 import { numbers, page, sceneFile, serve, tab, violations } from './stage.mjs';
 
 serve(sceneFile([]), fileURLToPath(new URL('../../photometry', import.meta.url)));
@@ -23,6 +23,31 @@ test('a scene without objects offers a room; its form goes by keyboard, and axe 
     await form().getByRole('button', { name: 'Build it' }).press('Enter');
     await page.locator('.banner-empty', { hasText: 'The scene has no light' }).waitFor();
     assert.equal(await page.getByRole('button', { name: 'Empty room…' }).count(), 0, 'there is one');
+});
+
+test('in the room a drag turns the head, with Ctrl the eye orbits, and the wheel walks', async () => {
+    await page.locator('.stage.is-room').waitFor();
+    const c = await centre(page.locator('.stage'));
+    const moved = async (act) => {
+        const before = tab.watch.sent.length;
+        await act();
+        await settled(tab);
+        const cameras = tab.watch.sent.slice(before).flatMap(({ method, params }) => (method === 'view.update' && params.camera ? [params.camera] : []));
+        return cameras.at(-1);
+    };
+    const apart = (a, b) => Math.hypot(...a.map((v, i) => v - b[i]));
+    const start = await moved(() => page.locator('.stage').press('h'));
+    const looked = await moved(() => drag(page, c, { x: c.x + 90, y: c.y + 30 }));
+    assert.ok(apart(looked.position, start.position) < 1e-6 && apart(looked.target, start.target) > 0.1 * apart(start.target, start.position), 'the eye stays, and looks elsewhere');
+    const walked = await moved(() => page.mouse.wheel(0, -120));
+    const [step, way] = [walked.position.map((v, i) => v - looked.position[i]), looked.target.map((v, i) => v - looked.position[i])];
+    const along = step.reduce((sum, v, i) => sum + v * way[i], 0) / Math.hypot(...step) / Math.hypot(...way);
+    assert.ok(along > 0.9999 && Math.abs(apart(walked.target, walked.position) - apart(looked.target, looked.position)) < 1e-6, `it goes where it looks: ${along}`);
+    await page.keyboard.down('Control');
+    const orbited = await moved(() => drag(page, c, { x: c.x + 20, y: c.y }));
+    await page.keyboard.up('Control');
+    assert.ok(apart(orbited.target, walked.target) < 1e-6 && apart(orbited.position, walked.position) > 0.1 * apart(start.target, start.position), 'with Ctrl what is looked at stays');
+    await moved(() => page.locator('.stage').press('h'));
 });
 
 test('one of the luminaires is hung from the list, and made into twelve', async () => {

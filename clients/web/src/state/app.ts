@@ -40,6 +40,7 @@ import { Sensors } from './sensors';
 import { Sharing } from './sharing';
 import { Snap } from './snap';
 import { Stills } from './stills';
+import { Surroundings } from './surroundings';
 import { Toasts } from './toasts';
 import { keepToken } from './token';
 import { putByHttp, skyOps, Uploads } from './uploads';
@@ -105,6 +106,7 @@ export class App {
     readonly sharing: Sharing;
     readonly people: People;
     readonly framing: Framing;
+    readonly surroundings: Surroundings;
     readonly view: ViewLink;
     /** What the picture is exposed for: this view's choice, else the scene's; ev is measured by the server when automatic. */
     readonly exposure = computed(() => {
@@ -153,6 +155,7 @@ export class App {
         this.view = new ViewLink(call, onError, () => this.method.value?.addsSamples ?? false);
         const { scene, edits, toasts, view } = this;
         this.framing = new Framing({ view, call, onError, cameras: () => scene.list('camera').value, goToCamera: (id) => this.goToCamera(id) });
+        this.surroundings = new Surroundings({ call, viewId: () => view.viewId, pose: view.shownPose });
         this.lux = new LuxMeter({
             ...{ scene, call, onError, busy: edits.busy, solo: computed(() => view.settings.value.solo) },
             online: computed(() => this.online.value && this.mayMeasure.value),

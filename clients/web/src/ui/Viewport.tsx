@@ -35,6 +35,7 @@ export function Viewport() {
         observer.observe(element);
         new Navigation(element, {
             orbit: () => app.view.orbit.value,
+            room: () => app.surroundings.room.value,
             moveTo: (orbit) => app.view.moveTo(orbit),
             onClick: (x, y, e) => void (e.ctrlKey || e.metaKey || e.shiftKey ? app.addToSelection(x, y) : app.inspect(x, y)),
             onDoubleClick: (x, y) => void app.lookAt(x, y),
@@ -46,12 +47,12 @@ export function Viewport() {
         <main class="viewport">
             <div
                 ref={stage}
-                class="stage"
+                class={app.surroundings.room.value === null ? 'stage' : 'stage is-room'}
                 tabIndex={0}
                 role="application"
                 onPointerMove={(e) => app.pointAt(placeIn(e))}
                 onPointerLeave={() => app.pointAt(null)}
-                aria-label="Rendered view. Arrow keys orbit, plus and minus zoom, Enter measures the light in the middle, question mark lists all keys."
+                aria-label="Rendered view. Arrow keys orbit, or look around in a room, plus and minus zoom, Enter measures the light in the middle, question mark lists all keys."
             >
                 <canvas ref={canvas} class={`picture ${app.comeback.isStale.value ? 'is-stale' : ''}`} />
                 <Lazy when={app.compare.sides.value !== null} load={wipePictures} with={{}} />

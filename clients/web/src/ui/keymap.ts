@@ -5,7 +5,7 @@ import type { App } from '../state/app';
 import type { SceneRecord } from '../protocol/types';
 import { canPointAt } from '../state/lamp_make';
 import { STOP_NAMES } from '../state/view';
-import { look, pan, turn, zoom } from '../view/camera';
+import { approach, look, pan, turn, turnsHead } from '../view/camera';
 
 interface Key {
     /** Values of KeyboardEvent.key, lower case. */
@@ -32,6 +32,14 @@ const ARROWS: Record<string, [number, number]> = {
     arrowup: [0, 1],
     arrowdown: [0, -1],
 };
+
+function swing(app: App, key: string, other: boolean): void {
+    const [x, y] = ARROWS[key]!;
+    const orbit = app.view.orbit.value;
+    app.view.moveTo(turnsHead(app.surroundings.room.value, other) ? look(orbit, x * LOOK, y * LOOK) : turn(orbit, x * TURN, y * TURN));
+}
+
+const come = (app: App, factor: number): void => app.view.moveTo(approach(app.view.orbit.value, app.surroundings.room.value, factor));
 
 function expose(app: App, step: number): void {
     const { ev } = app.exposure.value;
@@ -69,8 +77,8 @@ export const KEYMAP: readonly Key[] = [
         keys: Object.keys(ARROWS),
         shift: false,
         shown: '← ↑ → ↓',
-        label: 'Orbit',
-        run: (app, key) => app.view.moveTo(turn(app.view.orbit.value, ARROWS[key]![0] * TURN, ARROWS[key]![1] * TURN)),
+        label: 'Orbit; in a room, look around',
+        run: (app, key) => swing(app, key, false),
     },
     {
         keys: Object.keys(ARROWS),
@@ -84,8 +92,8 @@ export const KEYMAP: readonly Key[] = [
         ctrl: true,
         stage: true,
         shown: 'Ctrl + arrows',
-        label: 'Look around, where the picture has the focus',
-        run: (app, key) => app.view.moveTo(look(app.view.orbit.value, ARROWS[key]![0] * LOOK, ARROWS[key]![1] * LOOK)),
+        label: 'The other of the two, where the picture has the focus',
+        run: (app, key) => swing(app, key, true),
     },
     {
         keys: ['enter'],
@@ -103,8 +111,8 @@ export const KEYMAP: readonly Key[] = [
         label: 'There: turn about its middle',
         run: (app) => void app.lookAt(0.5, 0.5),
     },
-    { keys: ['+', '='], shown: '+', label: 'Move closer', run: (app) => app.view.moveTo(zoom(app.view.orbit.value, 1 / 1.1)) },
-    { keys: ['-', '_'], shown: '−', label: 'Move away', run: (app) => app.view.moveTo(zoom(app.view.orbit.value, 1.1)) },
+    { keys: ['+', '='], shown: '+', label: 'Move closer', run: (app) => come(app, 1 / 1.1) },
+    { keys: ['-', '_'], shown: '−', label: 'Move away', run: (app) => come(app, 1.1) },
     { keys: ['f'], shown: 'F', label: 'Frame what is selected', run: (app) => app.frameSelection() },
     { keys: ['h'], shown: 'H', label: 'Back to the scene’s camera', run: (app) => app.goHome() },
     { keys: ['z'], shift: false, shown: 'Z or Ctrl + Z', label: 'Undo', run: (app) => void app.undo() },
@@ -132,10 +140,10 @@ export const KEYMAP: readonly Key[] = [
 ];
 
 export const POINTERS: readonly [string, string][] = [
-    ['Drag', 'Orbit'],
-    ['Ctrl + drag', 'Look around'],
+    ['Drag', 'Orbit; in a room, look around'],
+    ['Ctrl + drag', 'The other of the two'],
     ['Right drag', 'Pan; so does Shift + drag'],
-    ['Wheel, pinch', 'Move closer or away'],
+    ['Wheel, pinch', 'Move closer or away; in a room, walk'],
     ['Click', 'What is there, and its illuminance'],
     ['Ctrl + click, Shift + click', 'Select it, too: in the picture, and in the list, where Shift takes all between'],
     ['Double click', 'Turn about that point'],

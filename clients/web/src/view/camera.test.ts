@@ -154,3 +154,18 @@ test('retarget keeps the eye and looks at the point', () => {
     const toPoint = normalize(sub(point, p.position), [0, 0, 1]);
     close(length(cross(camera.basis(p).forward, toPoint)), 0);
 });
+
+test('in a room the head turns and the eye walks; outside it orbits and comes closer', () => {
+    assert.deepEqual([camera.turnsHead(3, false), camera.turnsHead(3, true), camera.turnsHead(null, false), camera.turnsHead(null, true)], [true, false, false, true]);
+    for (const pose of POSES) {
+        const o = camera.orbitFromPose(pose);
+        const { forward } = camera.basis(pose);
+        const eye = camera.poseFromOrbit(o).position;
+        const on = camera.approach(o, 4, 1 / 1.15); // a notch of the wheel: 15 % of 4 m
+        closeVec(camera.poseFromOrbit(on).position, add(eye, scale(forward, 0.6)));
+        close(on.distance, o.distance);
+        closeVec(camera.poseFromOrbit(camera.approach(on, 4, 1.15)).position, eye);
+        close(camera.approach(o, null, 1 / 1.15).distance, o.distance / 1.15);
+        closeVec(camera.approach(o, null, 1 / 1.15).target, o.target);
+    }
+});

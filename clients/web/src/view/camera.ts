@@ -89,6 +89,22 @@ export function zoom(o: Orbit, factor: number): Orbit {
     return { ...o, distance: clamp(o.distance * factor, MIN_DISTANCE, MAX_DISTANCE) };
 }
 
+/** The eye walks along its view, and takes what it turns about along. */
+export function walk(o: Orbit, metres: number): Orbit {
+    return { ...o, target: add(o.target, scale(basis(poseFromOrbit(o)).forward, metres)) };
+}
+
+/** Of how far things are in a room: a step that is as large as a zoom by 15 % is outside. */
+const STEP = 0.15;
+
+/** What drags and arrow keys do: in a room the head turns, outside the eye orbits; with Ctrl the other of the two. */
+export const turnsHead = (room: number | null, other: boolean): boolean => (room === null) === other;
+
+/** Closer or away, in a room forward or back; room: how far things are around an eye in one, else null. factor < 1 is closer. */
+export function approach(o: Orbit, room: number | null, factor: number): Orbit {
+    return room === null ? zoom(o, factor) : walk(o, -STEP * room * (Math.log(factor) / Math.log(1.15)));
+}
+
 /** Looks at a ball from the same side, so near that it fills most of the picture. */
 export function frameBall(o: Orbit, centre: Vec3, radius: number, aspect: number): Orbit {
     const half = Math.atan(Math.tan(radians(o.vfovDeg) / 2) * Math.min(1, aspect));

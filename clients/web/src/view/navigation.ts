@@ -1,11 +1,13 @@
 /**
- * Pointers on the picture. Left drag orbits, with Ctrl it looks around, right or middle drag and Shift pan, the wheel and a
- * pinch zoom, two fingers pan; a press without movement is a click.
+ * Pointers on the picture. Left drag orbits, in a room it looks around, with Ctrl the other of the two; right or
+ * middle drag and Shift pan, the wheel and a pinch zoom, or walk in a room, two fingers pan; a press without movement is a click.
  */
-import { look, pan, turn, zoom, type Orbit } from './camera';
+import { approach, look, pan, turn, turnsHead, type Orbit } from './camera';
 
 export interface NavigationHost {
     orbit(): Orbit;
+    /** How far things are around an eye in a room; null: it is in none. */
+    room(): number | null;
     moveTo(orbit: Orbit): void;
     /** Places are fractions of the picture. */
     onClick(x: number, y: number, e: PointerEvent): void;
@@ -50,7 +52,7 @@ export class Navigation {
         if (this.contacts.size === 0) this.travelled = 0;
         this.contacts.set(e.pointerId, { x: e.clientX, y: e.clientY });
         if (e.button === 1 || e.button === 2 || e.shiftKey) this.mode = 'pan';
-        else this.mode = e.ctrlKey ? 'look' : 'orbit';
+        else this.mode = turnsHead(this.host.room(), e.ctrlKey) ? 'look' : 'orbit';
         if (this.contacts.size > 1) this.travelled = Infinity; // two fingers never click
     }
 
@@ -66,7 +68,7 @@ export class Navigation {
         const height = this.element.clientHeight;
         const fingers = this.contacts.size;
         let orbit = this.host.orbit();
-        if (fingers > 1) orbit = zoom(orbit, before / Math.max(1, this.spread()));
+        if (fingers > 1) orbit = approach(orbit, this.host.room(), before / Math.max(1, this.spread()));
         if (fingers > 1 || this.mode === 'pan') orbit = pan(orbit, dx / height / fingers, dy / height / fingers);
         else if (this.mode === 'look') orbit = look(orbit, (-dx / height) * LOOK_PER_HEIGHT, (dy / height) * LOOK_PER_HEIGHT);
         else orbit = turn(orbit, (-dx / height) * TURN_PER_HEIGHT, (dy / height) * TURN_PER_HEIGHT);
@@ -82,7 +84,7 @@ export class Navigation {
         e.preventDefault();
         const units = e.deltaY * (e.deltaMode === WheelEvent.DOM_DELTA_LINE ? UNITS_PER_LINE : 1);
         // A pinch on a touch pad arrives as a wheel with Ctrl and small steps.
-        this.host.moveTo(zoom(this.host.orbit(), Math.exp(units * ZOOM_PER_UNIT * (e.ctrlKey ? 8 : 1))));
+        this.host.moveTo(approach(this.host.orbit(), this.host.room(), Math.exp(units * ZOOM_PER_UNIT * (e.ctrlKey ? 8 : 1))));
     }
 
     /** Distance between the first two fingers. */
