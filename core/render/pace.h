@@ -12,7 +12,7 @@
 
 #define LUM_PREVIEW_MS                                                                                                 \
     60.0 /* a pass that takes no longer is seen within a tenth of a second, with all that is around it */
-#define LUM_PACE_SIDES 8u
+#define LUM_PACE_SIDES 9u
 
 /* A setting that rough passes may do with less of, and what that leaves. */
 struct lum_pace_ease {
@@ -56,8 +56,8 @@ void lum_pace_note(struct lum_pace *p, const struct lum_method *method, const st
 /* Pictures have so many times the pixels from now on. */
 void lum_pace_scale(struct lum_pace *p, double pixels);
 /* The first of: whole, then side by side as it is and eased, whose pass takes limit_ms at most, from what is known; 8
- * while nothing is, 16 where none does. Not a finer one than the last, unless that takes clearly less: with each change
- * of size buffers are made anew. */
+ * while nothing is, the roughest where none does. Not a finer one than the last, unless that takes clearly less: with
+ * each change of size buffers are made anew. */
 struct lum_pace_choice lum_pace_choose(struct lum_pace *p, const struct lum_method *method, double limit_ms);
 
 #endif
