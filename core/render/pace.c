@@ -88,12 +88,13 @@ void lum_pace_note(struct lum_pace *p, const struct lum_method *method, const st
         p->share = fmin(fmax(pass->stage_ms / pass->ms, 0.0), 1.0);
         p->share_age = 0;
     }
-    if (!(was > 0.0)) {
-        p->ms[at] = ms;
-        return;
-    }
+    bool again = p->noted == sides[at];
+    p->noted = sides[at];
     p->ms[at] = was; /* it is not forgotten */
-    lum_pace_scale(p, (ms > was ? ms : 0.5 * (ms + was)) / was);
+    if (was > 0.0)
+        lum_pace_scale(p, again ? (ms > was ? ms : 0.5 * (ms + was)) / was : sqrt(ms / was));
+    if (!again || !(was > 0.0))
+        p->ms[at] = ms;
 }
 
 void lum_pace_scale(struct lum_pace *p, double pixels)

@@ -37,6 +37,7 @@ struct lum_pace {
     double share;                 /* of a pass's time, that the stage takes which can be eased; 0: not known */
     uint32_t share_age;
     double fixed_ms; /* of the last pass: what does not hang on the side */
+    uint32_t noted;  /* its side; 0: there was none */
     struct lum_pace_choice last;
 };
 
@@ -50,8 +51,10 @@ struct lum_pace_pass {
 /* Of the time of a pass that which is the same whatever the side: virtual point lights, and the way to all pixels. */
 double lum_pace_fixed_ms(const struct lum_pass_stats *pass);
 
-/* A pass that made a picture anew took so long. Where it took another time than was known, so will those of other
- * sides: longer ones count at once, shorter ones by half. */
+/* A pass that made a picture anew took so long. Where it took another time than the one before it of the same side, so
+ * will those of other sides: longer ones count at once, shorter ones by half. Where that was of another side, it may as
+ * well be that what was known of this one was wrong: others change by the root of it. Else two sides would take turns
+ * for ever, of which one is taken for dearer and one for cheaper than it is. */
 void lum_pace_note(struct lum_pace *p, const struct lum_method *method, const struct lum_pace_pass *pass);
 /* Pictures have so many times the pixels from now on. */
 void lum_pace_scale(struct lum_pace *p, double pixels);

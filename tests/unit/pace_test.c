@@ -113,6 +113,36 @@ static void half_the_size_is_the_last_resort(void **state)
     }
 }
 
+/* The first pass of a side makes its buffers and takes long: that is no reason for ever to take it for dearer than the
+ * next, and to go to and fro between the two. What is forgotten after 30 passes may be tried again. */
+static void each_side_is_learned(void **state)
+{
+    (void)state;
+    static const struct {
+        double surfaces, light, half; /* ms of the whole size; of half of it, over that of blocks of 16 */
+    } machines[] = {{13.0, 120.0, 0.36}, {17.0, 60.0, 0.3}, {14.0, 30.0, 0.5}, {5.0, 200.0, 0.25}};
+    for (size_t m = 0; m < LUM_ARRAY_LEN(machines); m++)
+        for (double limit = 10.0; limit < 40.0; limit *= 1.1) {
+            struct lum_pace p = {0};
+            bool seen[LUM_PREVIEW_MAX + 1] = {false};
+            uint32_t n_late = 0, n_changes = 0, was = 0;
+            note(&p, 1, machines[m].surfaces + machines[m].light);
+            for (uint32_t frame = 0; frame < 100; frame++) {
+                uint32_t side = lum_pace_choose(&p, lum_method_find("live"), limit).side;
+                bool half = side > LUM_PREVIEW_WHOLE;
+                double ms = (half ? machines[m].half : 1.0) *
+                            (machines[m].surfaces + machines[m].light * pow(half ? 16 : side, -1.25));
+                note(&p, side, seen[side] ? ms : 2.5 * ms);
+                n_changes += frame >= 5 && side != was;
+                n_late += frame >= 5 && seen[side] && ms > 1.2 * limit && !half;
+                seen[side] = true;
+                was = side;
+            }
+            if (n_late > 2 || n_changes > 12)
+                fail_msg("machine %zu, limit %g: %u late, %u changes", m, limit, n_late, n_changes);
+        }
+}
+
 /* A scene that grows dearer by the frame makes the picture rougher, at once; one that grows cheaper finer again, once
  * what was is forgotten. */
 static void it_follows_the_scene(void **state)
@@ -228,6 +258,7 @@ int main(void)
         cmocka_unit_test(fixed_time_is_no_reason_for_larger_blocks),
         cmocka_unit_test(a_drag_keeps_its_time),
         cmocka_unit_test(half_the_size_is_the_last_resort),
+        cmocka_unit_test(each_side_is_learned),
         cmocka_unit_test(it_follows_the_scene),
         cmocka_unit_test(cost_goes_with_pixels),
         cmocka_unit_test(what_costs_least_accuracy_goes_first),
