@@ -30,7 +30,8 @@ struct lum_view_settings {
     bool antialias;         /* smooth edges, of hard shadows too; false: rays through pixel centres */
     uint32_t preview; /* after a change, first one rough pass with one sample per block of this many pixels a side, so
                          that an edit shows early; but of progressive methods it is shown by the surfaces of the full
-                         picture. 0 and 1: none. At most 16. pace.h chooses */
+                         picture; beyond LUM_PREVIEW_WHOLE by those of one of half the size. 0 and 1: none. At most
+                         LUM_PREVIEW_MAX, of progressive methods LUM_PREVIEW_WHOLE. pace.h chooses */
     bool
         preview_eased; /* that pass does with less of what matters least, too (pace.h); not so of progressive methods */
     uint32_t n_vpls;   /* virtual point lights of methods that use them, 1 to LUM_VPL_MAX */
@@ -45,6 +46,8 @@ struct lum_view_settings {
     /* For study: effects switched off, and run although nothing calls for them. Bits 1 << enum lum_effect; off wins. */
     uint32_t effects_off, effects_on;
 };
+#define LUM_PREVIEW_WHOLE 16u /* a tile of paths; with larger blocks surfaces are most of what is left */
+#define LUM_PREVIEW_MAX 32u
 #define LUM_DEPTH_DEFAULT 64u   /* what is cut off where all reflect 0.7: 1e-10 of the light; 0.9: 0.1 %; 0.95: 3.6 % */
 #define LUM_ERROR_SHARE 0.05    /* a twentieth of the time, that a moving picture tells how far it is off */
 #define LUM_CACHE_ACCURACY 0.2f /* what Radiance, the oldest user of such caches, has as its default (rpict -aa) */

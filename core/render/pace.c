@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-static const uint32_t sides[LUM_PACE_SIDES] = {1, 2, 3, 4, 6, 8, 12, 16};
+static const uint32_t sides[LUM_PACE_SIDES] = {1, 2, 3, 4, 6, 8, 12, LUM_PREVIEW_WHOLE, LUM_PREVIEW_MAX};
 #define UNKNOWN_SIDE 8u   /* of 16 a lamp's halo fills blocks: twice the light of CornellBox-Sphere */
 #define CLEARLY 0.85      /* of the time, for a finer picture than before: near the limit sides would alternate */
 #define WORTH_EASING 0.97 /* of the time is left: what gives less is noise */
@@ -16,6 +16,7 @@ static const uint32_t sides[LUM_PACE_SIDES] = {1, 2, 3, 4, 6, 8, 12, 16};
  * in twelve rooms of 600 x 400. Of path traced samples there is one in each block. */
 #define OF_FRAMES 1.25
 #define OF_SAMPLES 2.0
+#define HALF 0.25 /* of the time of blocks of 16, of the same at half the size: it has a quarter of the pixels */
 
 /* Of all settings of all methods that were measured while something moves (tests/bench/RESULTS.md, settings) those that
  * give more time for less error than the next coarser side, and need no cache of their own that is not made anew
@@ -87,12 +88,13 @@ void lum_pace_note(struct lum_pace *p, const struct lum_method *method, const st
         p->share = fmin(fmax(pass->stage_ms / pass->ms, 0.0), 1.0);
         p->share_age = 0;
     }
-    if (!(was > 0.0)) {
-        p->ms[at] = ms;
-        return;
-    }
+    bool again = p->noted == sides[at];
+    p->noted = sides[at];
     p->ms[at] = was; /* it is not forgotten */
-    lum_pace_scale(p, (ms > was ? ms : 0.5 * (ms + was)) / was);
+    if (was > 0.0)
+        lum_pace_scale(p, again ? (ms > was ? ms : 0.5 * (ms + was)) / was : sqrt(ms / was));
+    if (!again || !(was > 0.0))
+        p->ms[at] = ms;
 }
 
 void lum_pace_scale(struct lum_pace *p, double pixels)
@@ -101,10 +103,21 @@ void lum_pace_scale(struct lum_pace *p, double pixels)
         p->ms[i] *= pixels;
 }
 
+/* Of what hangs on the side, over that of a whole picture. */
+static double work(uint32_t side, double exponent)
+{
+    bool half = side > LUM_PREVIEW_WHOLE;
+    return (half ? HALF : 1.0) * pow(half ? side / 2.0 : side, -exponent);
+}
+
+/* What does not hang on the side is mostly the way to all pixels, of which half the size has fewer: that is not counted
+ * upon, but a picture of the whole size has four times as many. */
 static double expected_from(const struct lum_pace *p, uint32_t known, uint32_t at, double exponent)
 {
     double fixed_ms = fmin(p->fixed_ms, p->ms[known]);
-    return fixed_ms + (p->ms[known] - fixed_ms) * pow((double)sides[known] / sides[at], exponent);
+    bool grows = sides[known] > LUM_PREVIEW_WHOLE && sides[at] <= LUM_PREVIEW_WHOLE;
+    return fixed_ms * (grows ? 1.0 / HALF : 1.0) +
+           (p->ms[known] - fixed_ms) * work(sides[at], exponent) / work(sides[known], exponent);
 }
 
 /* From the nearest side that is known; 0: none is. */
@@ -122,7 +135,7 @@ static double expected(const struct lum_pace *p, uint32_t at, double exponent)
 /* Blocks of path traced samples fill tiles. */
 static bool is_allowed(uint32_t side, const struct lum_method *method)
 {
-    return !method->progressive || (side & (side - 1)) == 0;
+    return !method->progressive || (side <= LUM_PREVIEW_WHOLE && (side & (side - 1)) == 0);
 }
 
 static struct lum_pace_choice decide(const struct lum_pace *p, const struct lum_method *method, double limit_ms)

@@ -12,7 +12,7 @@
 
 #define LUM_PREVIEW_MS                                                                                                 \
     60.0 /* a pass that takes no longer is seen within a tenth of a second, with all that is around it */
-#define LUM_PACE_SIDES 8u
+#define LUM_PACE_SIDES 9u
 
 /* A setting that rough passes may do with less of, and what that leaves. */
 struct lum_pace_ease {
@@ -37,6 +37,7 @@ struct lum_pace {
     double share;                 /* of a pass's time, that the stage takes which can be eased; 0: not known */
     uint32_t share_age;
     double fixed_ms; /* of the last pass: what does not hang on the side */
+    uint32_t noted;  /* its side; 0: there was none */
     struct lum_pace_choice last;
 };
 
@@ -50,14 +51,16 @@ struct lum_pace_pass {
 /* Of the time of a pass that which is the same whatever the side: virtual point lights, and the way to all pixels. */
 double lum_pace_fixed_ms(const struct lum_pass_stats *pass);
 
-/* A pass that made a picture anew took so long. Where it took another time than was known, so will those of other
- * sides: longer ones count at once, shorter ones by half. */
+/* A pass that made a picture anew took so long. Where it took another time than the one before it of the same side, so
+ * will those of other sides: longer ones count at once, shorter ones by half. Where that was of another side, it may as
+ * well be that what was known of this one was wrong: others change by the root of it. Else two sides would take turns
+ * for ever, of which one is taken for dearer and one for cheaper than it is. */
 void lum_pace_note(struct lum_pace *p, const struct lum_method *method, const struct lum_pace_pass *pass);
 /* Pictures have so many times the pixels from now on. */
 void lum_pace_scale(struct lum_pace *p, double pixels);
 /* The first of: whole, then side by side as it is and eased, whose pass takes limit_ms at most, from what is known; 8
- * while nothing is, 16 where none does. Not a finer one than the last, unless that takes clearly less: with each change
- * of size buffers are made anew. */
+ * while nothing is, the roughest where none does. Not a finer one than the last, unless that takes clearly less: with
+ * each change of size buffers are made anew. */
 struct lum_pace_choice lum_pace_choose(struct lum_pace *p, const struct lum_method *method, double limit_ms);
 
 #endif

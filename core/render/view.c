@@ -63,6 +63,7 @@ void lum_view_destroy(struct lum_view *view)
     if (!view)
         return;
     lum_view_destroy(view->rough);
+    lum_view_destroy(view->half);
     drop_buffers(view);
     lum_path_guide_destroy(view->guide);
     lum_measure_finish(&view->measurement);
@@ -88,6 +89,8 @@ void lum_view_forget(struct lum_view *view)
     view->rendered = view->whole = false;
     if (view->rough)
         lum_view_forget(view->rough);
+    if (view->half)
+        lum_view_forget(view->half);
 }
 
 const struct lum_film *lum_view_film(const struct lum_view *view)
@@ -128,8 +131,9 @@ static enum lum_status check_settings(const struct lum_view_settings *s, struct 
                         s->h);
     if (!s->method)
         return lum_fail(err, LUM_ERR_INVALID, "method", "no method was chosen");
-    if (s->preview > LUM_TILE_SIDE)
-        return lum_fail(err, LUM_ERR_INVALID, "preview", "must be 0 to %u, not %u", LUM_TILE_SIDE, s->preview);
+    uint32_t roughest = s->method->progressive ? LUM_PREVIEW_WHOLE : LUM_PREVIEW_MAX;
+    if (s->preview > roughest)
+        return lum_fail(err, LUM_ERR_INVALID, "preview", "must be 0 to %u, not %u", roughest, s->preview);
     if (s->shadow_samples < 1 || s->shadow_samples > 16)
         return lum_fail(err, LUM_ERR_INVALID, "shadow_samples", "must be 1 to 16, not %u", s->shadow_samples);
     if (s->n_vpls < 1 || s->n_vpls > LUM_VPL_MAX)

@@ -53,7 +53,7 @@ static enum lum_status run_coarse(struct lum_view *v, const struct lum_snapshot 
     if (status != LUM_OK)
         return status;
     lum_view_share(v->rough, v->deferred.caches);
-    v->rough->block = block;
+    v->rough->block = block * (v->block > 0 ? v->block : 1);
     v->deferred.keeps_surfaces = v->rough->deferred.keeps_surfaces = true;
     return lum_view_pass(v->rough, snapshot, settings, cancel, ret_stats, err);
 }
@@ -72,9 +72,79 @@ static void take_base(struct lum_view *v, const struct lum_pass *frame, const st
         lum_rough_base_take(&v->base, &fine, &coarse);
 }
 
+/* ---- of half the size ---- */
+
+static struct lum_view_settings half_settings(const struct lum_view_settings *s)
+{
+    struct lum_view_settings half = *s;
+    half.w = (s->w + 1) / 2;
+    half.h = (s->h + 1) / 2;
+    half.preview = s->preview / 2;
+    half.antialias = false;
+    half.error_share = 0.0;
+    return half;
+}
+
+struct doubling {
+    const struct lum_film *from;
+    const struct lum_pass *to;
+};
+
+static float between(float at, uint32_t n)
+{
+    return lum_clamp(at, 0.0f, (float)(n - 1));
+}
+
+/* Between the four pixels around: what is twice as large should not have steps. */
+static struct lum_rgb half_at(const struct lum_film *f, uint32_t x, uint32_t y)
+{
+    float fx = between(0.5f * (float)x - 0.25f, f->w), fy = between(0.5f * (float)y - 0.25f, f->h);
+    uint32_t ix = (uint32_t)fx, iy = (uint32_t)fy, jx = ix + 1 < f->w ? ix + 1 : ix, jy = iy + 1 < f->h ? iy + 1 : iy;
+    float u = fx - (float)ix, v = fy - (float)iy;
+    struct lum_rgb top =
+        lum_rgb_add(lum_rgb_scale(lum_film_mean(f, ix, iy), 1.0f - u), lum_rgb_scale(lum_film_mean(f, jx, iy), u));
+    struct lum_rgb low =
+        lum_rgb_add(lum_rgb_scale(lum_film_mean(f, ix, jy), 1.0f - u), lum_rgb_scale(lum_film_mean(f, jx, jy), u));
+    return lum_rgb_add(lum_rgb_scale(top, 1.0f - v), lum_rgb_scale(low, v));
+}
+
+static void double_tile(void *ctx, uint32_t tile, struct lum_counters *counters)
+{
+    const struct doubling *d = ctx;
+    struct lum_tile_rect r = lum_tile_at(&d->to->tiling, tile);
+    for (uint32_t y = r.y; y < r.y + r.h; y++)
+        for (uint32_t x = r.x; x < r.x + r.w; x++)
+            lum_film_set(d->to->film, x, y, half_at(d->from, x, y), &counters->nonfinite);
+}
+
+/* The rough picture of one of half the size, twice as large: where to see all surfaces takes too long. */
+static enum lum_status rough_of_half(struct lum_view *v, const struct lum_pass *frame,
+                                     const struct lum_stage_runner *runner, struct lum_error *err)
+{
+    struct lum_view_settings settings = half_settings(frame->settings);
+    enum lum_status status = v->half ? LUM_OK : lum_view_create(v->pool, &v->half, err);
+    v->whole = false;
+    lum_rough_base_finish(&v->base); /* it hears of nothing that moves meanwhile */
+    if (status != LUM_OK)
+        return status;
+    lum_view_share(v->half, v->deferred.caches);
+    v->half->block = 2;
+    v->half->previewed = false; /* if this pass was cancelled after that one */
+    status = lum_view_pass(v->half, frame->snapshot, &settings, runner->cancel, runner->stats, err);
+    if (status != LUM_OK)
+        return status;
+    int64_t begin_ns = lum_clock_ns();
+    struct doubling doubling = {lum_view_film(v->half), frame};
+    status = lum_stage_loop(runner, frame->tiling.n, double_tile, &doubling);
+    runner->stats->stage_ms[LUM_STAGE_UPSAMPLE] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
+    return status;
+}
+
+/* ---- of all of it ---- */
+
 /* The fast frame at a part of the resolution, seen at all of it (rough.h). */
-enum lum_status lum_view_rough(struct lum_view *v, const struct lum_pass *frame, const struct lum_stage_runner *runner,
-                               struct lum_error *err)
+static enum lum_status rough_of_whole(struct lum_view *v, const struct lum_pass *frame,
+                                      const struct lum_stage_runner *runner, struct lum_error *err)
 {
     struct lum_view_settings settings = rough_settings(frame->settings);
     struct lum_pass pass = *frame, coarse;
@@ -93,6 +163,14 @@ enum lum_status lum_view_rough(struct lum_view *v, const struct lum_pass *frame,
         const struct lum_rough_base *base = lum_rough_base_follow(&v->base, &pass, &coarse) ? &v->base : NULL;
         status = lum_rough_upsample(&coarse, &pass, base, runner, err);
     }
+    return status;
+}
+
+enum lum_status lum_view_rough(struct lum_view *v, const struct lum_pass *frame, const struct lum_stage_runner *runner,
+                               struct lum_error *err)
+{
+    bool whole = frame->settings->preview <= LUM_PREVIEW_WHOLE;
+    enum lum_status status = whole ? rough_of_whole(v, frame, runner, err) : rough_of_half(v, frame, runner, err);
     if (status != LUM_OK)
         return status;
     runner->stats->preview = frame->settings->preview;
@@ -106,8 +184,8 @@ enum lum_status lum_view_prepare(struct lum_view *view, const struct lum_snapsho
                                  struct lum_pass_stats *ret_stats, struct lum_error *err)
 {
     *ret_stats = (struct lum_pass_stats){0};
-    if (settings->preview <= 1 || settings->method->progressive || !view->whole ||
-        view->deferred.motion_mask.snapshot != snapshot)
+    if (settings->preview <= 1 || settings->preview > LUM_PREVIEW_WHOLE || settings->method->progressive ||
+        !view->whole || view->deferred.motion_mask.snapshot != snapshot)
         return LUM_OK;
     struct lum_view_settings rough = rough_settings(settings);
     bool early = view->rough && view->rough->early;

@@ -25,6 +25,7 @@ struct lum_view {
     bool whole;                 /* the film shows a whole frame of what deferred was last asked for */
     struct lum_rough_base base; /* of rough pictures */
     struct lum_view *rough; /* all but progressive methods: the same at a part of the resolution, for rough passes */
+    struct lum_view *half;  /* likewise, at half the size, for those that are rougher than LUM_PREVIEW_WHOLE */
     struct lum_path_guide *guide; /* of its path traced samples; NULL: none was needed yet, or memory is short */
     struct lum_portals portals;   /* for them; of the geometry of portals_versions */
     struct lum_versions portals_versions;

@@ -137,7 +137,9 @@ static void note(struct rig *rig, struct way *w, size_t i, uint32_t seed, uint32
         return;
     lum_bench_picture_of(w->view, rig->at.picture);
     p->own_ms[p->n] = cost->own_ms;
-    p->relmse[p->n] = lum_bench_error_of_picture(&rig->reference, rig->at.picture).relmse;
+    struct lum_bench_error error = lum_bench_error_of_picture(&rig->reference, rig->at.picture);
+    p->error[ACCURACY_RELMSE][p->n] = error.relmse;
+    p->error[ACCURACY_SMAPE][p->n] = error.smape;
     p->n++;
     if (seed == 0)
         p->rays = cost->rays / ((double)rig->at.settings.w * rig->at.settings.h);

@@ -9,16 +9,19 @@
 
 enum { ACCURACY_SEEDS = 16, ACCURACY_POINTS = 96 };
 
+/* relMSE of few samples is ruled by few bright pixels; SMAPE is not, but has the reference's noise in it. */
+enum accuracy_error { ACCURACY_RELMSE, ACCURACY_SMAPE, ACCURACY_ERRORS };
+
 /* A picture of a method at a setting: so good, at such a cost. Over seeds, in the same order in all points. */
 struct accuracy_point {
     const struct lum_method *method;
     char setting[32]; /* "256 VPLs", "8 spp" */
     bool first;       /* a first frame; else samples were added to the point before */
     uint32_t spp, n;
-    double own_ms[ACCURACY_SEEDS],
-        relmse[ACCURACY_SEEDS]; /* from nothing to this picture, as on a machine of its own */
-    double rays;                /* a pixel, of all kinds; of the first seed: exact */
-    bool front;                 /* no other point of the scene has both less error and less time, by medians */
+    double own_ms[ACCURACY_SEEDS]; /* from nothing to this picture, as on a machine of its own */
+    double error[ACCURACY_ERRORS][ACCURACY_SEEDS];
+    double rays; /* a pixel, of all kinds; of the first seed: exact */
+    bool front;  /* no other point of the scene has both less error and less time, by medians */
 };
 
 struct accuracy_scene {
@@ -31,12 +34,13 @@ struct accuracy_scene {
     size_t n_same;
 };
 
-double accuracy_ms(const struct accuracy_point *p);     /* median */
-double accuracy_relmse(const struct accuracy_point *p); /* mean: few seeds have most of it, and they count */
+double accuracy_ms(const struct accuracy_point *p); /* median */
+double accuracy_error(const struct accuracy_point *p,
+                      enum accuracy_error which); /* mean: few seeds have most of it, and they count */
 
-/* Where the curve of a method that adds samples first is at most at relmse, by straight lines between its points in
+/* Where the curve of a method that adds samples first is at most at the error, by straight lines between its points in
  * logarithms: milliseconds. NAN: nowhere in what was measured. */
-double accuracy_time_to(const struct accuracy_scene *s, const char *method, double relmse);
+double accuracy_time_to(const struct accuracy_scene *s, const char *method, enum accuracy_error which, double error);
 /* Slope of log error over log time of such a curve, by least squares over its later half. NAN: fewer than 3 points. */
 double accuracy_slope(const struct accuracy_scene *s, const char *method);
 

@@ -40,7 +40,7 @@ static void find_curve(const struct accuracy_scene *s, const char *method, struc
         const struct accuracy_point *p = &s->points[i];
         if (strcmp(p->method->name, method) == 0 && (!adds || !p->first || accuracy_is_default(s, i))) {
             points[n][0] = 1e-3 * accuracy_ms(p);
-            points[n++][1] = percent(accuracy_relmse(p));
+            points[n++][1] = percent(accuracy_error(p, ACCURACY_RELMSE));
         }
     }
     qsort(points, n, sizeof *points, by_time);
@@ -67,7 +67,8 @@ static void find_even(const struct accuracy_scene *s, const char *method, struct
     for (size_t i = 0; i < s->n; i++) {
         if (!accuracy_is_default(s, i) || strcmp(s->points[i].method->name, method) != 0)
             continue;
-        double relmse = accuracy_relmse(&s->points[i]), path_s = 1e-3 * accuracy_time_to(s, "path", relmse);
+        double relmse = accuracy_error(&s->points[i], ACCURACY_RELMSE);
+        double path_s = 1e-3 * accuracy_time_to(s, "path", ACCURACY_RELMSE, relmse);
         if (!isfinite(path_s))
             return;
         *ret_even = (struct even){

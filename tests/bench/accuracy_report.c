@@ -17,21 +17,21 @@ double accuracy_ms(const struct accuracy_point *p)
     return lum_bench_median_of(p->own_ms, p->n);
 }
 
-double accuracy_relmse(const struct accuracy_point *p)
+double accuracy_error(const struct accuracy_point *p, enum accuracy_error which)
 {
     double sum = 0.0;
     for (uint32_t i = 0; i < p->n; i++)
-        sum += p->relmse[i];
+        sum += p->error[which][i];
     return p->n ? sum / p->n : (double)NAN;
 }
 
 struct curve {
     size_t n;
-    double ms[ACCURACY_POINTS], relmse[ACCURACY_POINTS];
+    double ms[ACCURACY_POINTS], error[ACCURACY_POINTS];
 };
 
 /* Of a method that adds samples: its pictures of growing numbers of them, at its default settings. */
-static struct curve curve_of(const struct accuracy_scene *s, const char *method)
+static struct curve curve_of(const struct accuracy_scene *s, const char *method, enum accuracy_error which)
 {
     struct curve c = {0};
     for (size_t i = 0; i < s->n; i++) {
@@ -39,21 +39,21 @@ static struct curve curve_of(const struct accuracy_scene *s, const char *method)
         bool follows = i + 1 < s->n && !s->points[i + 1].first;
         if (strcmp(p->method->name, method) == 0 && (!p->first || follows)) {
             c.ms[c.n] = accuracy_ms(p);
-            c.relmse[c.n++] = accuracy_relmse(p);
+            c.error[c.n++] = accuracy_error(p, which);
         }
     }
     return c;
 }
 
-double accuracy_time_to(const struct accuracy_scene *s, const char *method, double relmse)
+double accuracy_time_to(const struct accuracy_scene *s, const char *method, enum accuracy_error which, double error)
 {
-    struct curve c = curve_of(s, method);
+    struct curve c = curve_of(s, method, which);
     for (size_t i = 0; i < c.n; i++) {
-        if (!(c.relmse[i] <= relmse))
+        if (!(c.error[i] <= error))
             continue;
-        if (i == 0 || !(c.relmse[i] > 0.0))
+        if (i == 0 || !(c.error[i] > 0.0))
             return c.ms[i];
-        double t = log(c.relmse[i - 1] / relmse) / log(c.relmse[i - 1] / c.relmse[i]);
+        double t = log(c.error[i - 1] / error) / log(c.error[i - 1] / c.error[i]);
         return c.ms[i - 1] * pow(c.ms[i] / c.ms[i - 1], t);
     }
     return (double)NAN;
@@ -61,11 +61,11 @@ double accuracy_time_to(const struct accuracy_scene *s, const char *method, doub
 
 double accuracy_slope(const struct accuracy_scene *s, const char *method)
 {
-    struct curve c = curve_of(s, method);
+    struct curve c = curve_of(s, method, ACCURACY_RELMSE);
     double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
     for (size_t i = c.n / 2; i < c.n; i++)
-        if (c.relmse[i] > 0.0) {
-            double lx = log(c.ms[i]), ly = log(c.relmse[i]);
+        if (c.error[i] > 0.0) {
+            double lx = log(c.ms[i]), ly = log(c.error[i]);
             n++, x += lx, y += ly, xx += lx * lx, xy += lx * ly;
         }
     return n >= 3.0 ? (n * xy - x * y) / (n * xx - x * x) : (double)NAN;
@@ -82,7 +82,8 @@ bool accuracy_is_default(const struct accuracy_scene *s, size_t i)
 static bool beaten(const struct accuracy_scene *s, const struct accuracy_point *p)
 {
     for (size_t i = 0; i < s->n; i++)
-        if (accuracy_ms(&s->points[i]) < accuracy_ms(p) && accuracy_relmse(&s->points[i]) < accuracy_relmse(p))
+        if (accuracy_ms(&s->points[i]) < accuracy_ms(p) &&
+            accuracy_error(&s->points[i], ACCURACY_RELMSE) < accuracy_error(p, ACCURACY_RELMSE))
             return true;
     return false;
 }
@@ -93,7 +94,7 @@ static double floor_of(const struct accuracy_scene *s, const struct lum_method *
     double least = INFINITY;
     for (size_t i = 0; i < s->n; i++)
         if (s->points[i].method == method)
-            least = fmin(least, accuracy_relmse(&s->points[i]));
+            least = fmin(least, accuracy_error(&s->points[i], ACCURACY_RELMSE));
     return least;
 }
 
@@ -112,6 +113,7 @@ static const struct lum_bench_column point_columns[] = {
     {"relmse", "relMSE", 5},
     {"relmse_least", NULL, 5},
     {"relmse_most", NULL, 5},
+    {"smape", "SMAPE", 4},
     {"path_ms", "ms that path takes for it", 0},
     {"path_over_ms", "over its own", 2},
     {"seeds", NULL, 0},
@@ -123,6 +125,9 @@ static const struct lum_bench_column even_columns[] = {
     {"first_relmse", "its relMSE", 4},
     {"path_ms", "path is as good after, ms", 0},
     {"live_ms", "live is as good after, ms", 0},
+    {"first_smape", "SMAPE of the first frame", 4},
+    {"path_smape_ms", "path is as good by SMAPE after, ms", 0},
+    {"live_smape_ms", "live is as good by SMAPE after, ms", 0},
     {"floor", "least relMSE of any setting", 5},
     {"slope", "slope of its error over time", 2},
     {"same", "A/A: time of path over itself", TEXT},
@@ -204,12 +209,12 @@ static void add_line(struct lines *l, const struct accuracy_scene *s, const stru
     for (size_t i = 0; i < n; i++) {
         double least = INFINITY, most = 0.0;
         for (uint32_t seed = 0; seed < sorted[i]->n; seed++) {
-            least = fmin(least, sorted[i]->relmse[seed]);
-            most = fmax(most, sorted[i]->relmse[seed]);
+            least = fmin(least, sorted[i]->error[ACCURACY_RELMSE][seed]);
+            most = fmax(most, sorted[i]->error[ACCURACY_RELMSE][seed]);
         }
         l->x[k][i] = accuracy_ms(sorted[i]);
         l->rays[k][i] = sorted[i]->rays;
-        l->y[k][i] = accuracy_relmse(sorted[i]);
+        l->y[k][i] = accuracy_error(sorted[i], ACCURACY_RELMSE);
         l->lo[k][i] = least;
         l->hi[k][i] = most;
     }
@@ -286,22 +291,27 @@ static void add_points(struct accuracy_report *r, const struct accuracy_scene *s
 {
     for (size_t i = 0; i < s->n; i++) {
         const struct accuracy_point *p = &s->points[i];
-        double ms[ACCURACY_SEEDS], path_ms = accuracy_time_to(s, "path", accuracy_relmse(p));
+        double ms[ACCURACY_SEEDS], relmse = accuracy_error(p, ACCURACY_RELMSE);
+        double path_ms = accuracy_time_to(s, "path", ACCURACY_RELMSE, relmse);
         memcpy(ms, p->own_ms, sizeof ms);
         struct lum_bench_median m = lum_bench_bootstrap(ms, p->n);
         LUM_BENCH_TEXTS(&r->points, s->name, p->method->name, p->setting, beaten(s, p) ? "" : "yes");
-        LUM_BENCH_NUMBERS(&r->points, m.median, m.lo, m.hi, p->rays, accuracy_relmse(p), least_of(p->relmse, p->n),
-                          most_of(p->relmse, p->n), path_ms, path_ms / m.median, (double)p->n);
+        LUM_BENCH_NUMBERS(&r->points, m.median, m.lo, m.hi, p->rays, relmse, least_of(p->error[ACCURACY_RELMSE], p->n),
+                          most_of(p->error[ACCURACY_RELMSE], p->n), accuracy_error(p, ACCURACY_SMAPE), path_ms,
+                          path_ms / m.median, (double)p->n);
     }
 }
 
 static void add_even(struct accuracy_report *r, struct accuracy_scene *s, size_t i)
 {
     const struct accuracy_point *p = &s->points[i];
-    double relmse = accuracy_relmse(p), path_ms = accuracy_time_to(s, "path", relmse);
+    double relmse = accuracy_error(p, ACCURACY_RELMSE), smape = accuracy_error(p, ACCURACY_SMAPE);
+    double path_ms = accuracy_time_to(s, "path", ACCURACY_RELMSE, relmse);
     LUM_BENCH_TEXTS(&r->even, s->name, p->method->name);
-    LUM_BENCH_NUMBERS(&r->even, accuracy_ms(p), relmse, path_ms, accuracy_time_to(s, "live", relmse),
-                      floor_of(s, p->method), accuracy_slope(s, p->method->name));
+    LUM_BENCH_NUMBERS(&r->even, accuracy_ms(p), relmse, path_ms, accuracy_time_to(s, "live", ACCURACY_RELMSE, relmse),
+                      smape, accuracy_time_to(s, "path", ACCURACY_SMAPE, smape),
+                      accuracy_time_to(s, "live", ACCURACY_SMAPE, smape), floor_of(s, p->method),
+                      accuracy_slope(s, p->method->name));
     lum_bench_table_median(&r->even, lum_bench_bootstrap(s->same, s->n_same), 3);
     lum_bench_table_number(&r->even, s->reference_relmse);
     fprintf(r->page, "<tr><td>%s<td>%.0f<td>%.4f<td>", p->method->name, accuracy_ms(p), relmse);

@@ -30,6 +30,8 @@ static const struct lum_bench benches[] = {
      lum_bench_budgets},
     {"codecs", "bytes, time and error of tiles as JPEG, WebP and PNG; first frames of every scene", NULL,
      lum_bench_codecs},
+    {"drag", "does a view whose eye is dragged keep its time, by CPU time; what was foreseen beside what came", NULL,
+     lum_bench_drag},
     {"effects", "what each effect costs, in every subset that a scene calls for; what methods leave out", NULL,
      lum_bench_effects},
     {"errors", "does the error that pictures state cover the one that they have; every scene, method, 30 seeds", NULL,
@@ -71,13 +73,12 @@ static int usage(FILE *to, int status)
         "which methods (default live,path); how long a scene rests at most, in seconds of a machine of its own "
         "(default\n"
         "30); where third-party models are looked for (default ../shared/scenes), which are skipped where absent.\n"
-        "--methods (default all of them; of budgets live,path), --models and --seeds (1 to 30) are for errors, "
-        "budgets,\n"
-        "settings and accuracy, too; the first two also for vision; so is --seconds for accuracy: how long samples are "
-        "added; and\n"
-        "for budgets: how long a run is waited for.\n"
-        "--size: of the pictures of accuracy, ais, budgets, errors, instant, irrcache, settings, stride and vision, 16 "
-        "to\n4096 a side, as 300x200; of stride the second number, which is to be a power of two, alone counts.\n"
+        "--methods (default all of them; of budgets live,path; of drag live), --models and --seeds (1 to 30) are for\n"
+        "errors, budgets, settings and accuracy, too; the first two also for drag and vision; so is --seconds for\n"
+        "accuracy: how long samples are added; and for budgets: how long a run is waited for.\n"
+        "--size: of the pictures of accuracy, ais, budgets, drag, errors, instant, irrcache, settings, stride and\n"
+        "vision, 16 to 4096 a side, as 300x200; of stride the second number, which is to be a power of two, alone\n"
+        "counts.\n"
         "--rounds: how often ais, instant, irrcache and stride repeat themselves at most, 1 to 15; animations are of "
         "20\nframes a round.\n"
         "--scene may also be one of these variants of built-in scenes:\n");

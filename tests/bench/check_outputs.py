@@ -18,6 +18,7 @@ FILES = {
     "errors": {"errors"},
     "budgets": {"budgets"},
     "codecs": {"codecs"},
+    "drag": {"drag", "drag-frames"},
     "effects": {"effects", "effects-bars", "effects-left-out", "effects-subsets"},
     "instant": {"instant", "instant-speedup", "instant-cornell", "instant-wobble"},
     "growth": {"growth"},

@@ -38,7 +38,8 @@ static void blocks_are_as_small_as_time_allows(void **state)
     assert_int_equal(choose(300.0, "live", 60.0), 4);
     assert_int_equal(choose(600.0, "live", 60.0), 8);
     assert_int_equal(choose(600.0, "live", 700.0), 1);
-    assert_int_equal(choose(1e12, "live", 60.0), 16);
+    assert_int_equal(choose(1e12, "live", 60.0), 32); /* of blocks of 16 at half the size */
+    assert_int_equal(choose(1e12, "path", 60.0), 16);
     assert_int_equal(choose(230.0, "path", 60.0), 2);
     assert_int_equal(choose(250.0, "path", 60.0), 4); /* of powers of two, which fill tiles */
 }
@@ -78,12 +79,67 @@ static void a_drag_keeps_its_time(void **state)
                 side = lum_pace_choose(&p, live, limit).side;
                 double ms = machines[m].fixed + machines[m].whole * pow(side, -machines[m].exponent);
                 note(&p, side, ms);
-                if (frame >= 3 && side < 16 && ms > 1.2 * limit)
+                if (frame >= 3 && side < LUM_PREVIEW_MAX && ms > 1.2 * limit)
                     fail_msg("machine %zu, limit %g: frame %u took %g ms", m, limit, frame, ms);
             }
             if (side > 1 &&
                 machines[m].fixed + machines[m].whole * pow(side / 2.0, -machines[m].exponent) < 0.5 * limit)
                 fail_msg("machine %zu, limit %g: side %u is rougher than need be", m, limit, side);
+        }
+}
+
+/* Where to see all surfaces is most of a pass, larger blocks are of no use: half the size is, from the third frame on,
+ * and serves for as long as the whole size would take too long. */
+static void half_the_size_is_the_last_resort(void **state)
+{
+    (void)state;
+    const struct lum_method *live = lum_method_find("live");
+    for (double limit = 30.0; limit <= 480.0; limit *= 2.0) {
+        struct lum_pace p = {0};
+        uint32_t n_late = 0, n_half = 0;
+        double whole_16 = 100.0 + 500.0 * pow(16.0, -1.25); /* ms: of all surfaces, and of light by the side */
+        note(&p, 1, 600.0);
+        for (uint32_t frame = 0; frame < 100; frame++) {
+            uint32_t side = lum_pace_choose(&p, live, limit).side;
+            bool half = side > LUM_PREVIEW_WHOLE;
+            double ms = half ? whole_16 / 4.0 : 100.0 + 500.0 * pow(side, -1.25);
+            note(&p, side, ms);
+            n_half += half;
+            n_late += frame >= 3 && ms > 1.2 * limit;
+        }
+        /* forgotten after 30 passes, and tried again: but it is known from half the size that it would be too dear */
+        assert_int_equal(n_late, 0);
+        assert_true(limit < whole_16 ? n_half >= 97 : n_half <= 1);
+    }
+}
+
+/* The first pass of a side makes its buffers and takes long: that is no reason for ever to take it for dearer than the
+ * next, and to go to and fro between the two. What is forgotten after 30 passes may be tried again. */
+static void each_side_is_learned(void **state)
+{
+    (void)state;
+    static const struct {
+        double surfaces, light, half; /* ms of the whole size; of half of it, over that of blocks of 16 */
+    } machines[] = {{13.0, 120.0, 0.36}, {17.0, 60.0, 0.3}, {14.0, 30.0, 0.5}, {5.0, 200.0, 0.25}};
+    for (size_t m = 0; m < LUM_ARRAY_LEN(machines); m++)
+        for (double limit = 10.0; limit < 40.0; limit *= 1.1) {
+            struct lum_pace p = {0};
+            bool seen[LUM_PREVIEW_MAX + 1] = {false};
+            uint32_t n_late = 0, n_changes = 0, was = 0;
+            note(&p, 1, machines[m].surfaces + machines[m].light);
+            for (uint32_t frame = 0; frame < 100; frame++) {
+                uint32_t side = lum_pace_choose(&p, lum_method_find("live"), limit).side;
+                bool half = side > LUM_PREVIEW_WHOLE;
+                double ms = (half ? machines[m].half : 1.0) *
+                            (machines[m].surfaces + machines[m].light * pow(half ? 16 : side, -1.25));
+                note(&p, side, seen[side] ? ms : 2.5 * ms);
+                n_changes += frame >= 5 && side != was;
+                n_late += frame >= 5 && seen[side] && ms > 1.2 * limit && !half;
+                seen[side] = true;
+                was = side;
+            }
+            if (n_late > 2 || n_changes > 12)
+                fail_msg("machine %zu, limit %g: %u late, %u changes", m, limit, n_late, n_changes);
         }
 }
 
@@ -136,7 +192,7 @@ static void what_costs_least_accuracy_goes_first(void **state)
         {"live", "shadow_rays", 60.0, 3, 37.99},
         {"irrcache", "record_rays", 100.0, 2, 81.99}, /* .3 of the stage is left */
         {"tic", NULL, 100.0, 3, 75.98},               /* nothing of it is worth it */
-        {"live", "shadow_rays", 0.01, 16, 4.69},      /* not to be kept: the least there is */
+        {"live", "shadow_rays", 0.01, 32, 1.17},      /* not to be kept: the least there is */
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         const struct lum_method *method = lum_method_find(rows[i].method);
@@ -167,7 +223,7 @@ static void an_eased_drag_keeps_its_time(void **state)
                 struct lum_pace_choice c = lum_pace_choose(&p, method, limit);
                 double part = pow(c.side, -1.25), stage = machines[m].stage * part * (c.eased ? machines[m].left : 1.0);
                 double ms = machines[m].fixed + machines[m].whole * part + stage;
-                if (frame >= 3 && c.side < 16 && ms > 1.2 * limit)
+                if (frame >= 3 && c.side < LUM_PREVIEW_MAX && ms > 1.2 * limit)
                     fail_msg("machine %zu, limit %g: frame %u took %g ms, %g were expected", m, limit, frame, ms, c.ms);
                 if (c.eased && c.side <= 2 &&
                     machines[m].fixed + (machines[m].whole + machines[m].stage) * part < limit)
@@ -201,6 +257,8 @@ int main(void)
         cmocka_unit_test(blocks_are_as_small_as_time_allows),
         cmocka_unit_test(fixed_time_is_no_reason_for_larger_blocks),
         cmocka_unit_test(a_drag_keeps_its_time),
+        cmocka_unit_test(half_the_size_is_the_last_resort),
+        cmocka_unit_test(each_side_is_learned),
         cmocka_unit_test(it_follows_the_scene),
         cmocka_unit_test(cost_goes_with_pixels),
         cmocka_unit_test(what_costs_least_accuracy_goes_first),

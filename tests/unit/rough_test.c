@@ -44,6 +44,59 @@ static void edges_are_those_of_the_full_picture(void **state)
     rig_end(&r);
 }
 
+/* What a picture's four pixels around a point of one twice as large span. */
+struct span {
+    float lo, hi;
+};
+
+static struct span around(const struct lum_rgb *half, uint32_t w, uint32_t h, uint32_t x, uint32_t y)
+{
+    /* pixel x of the large one has its centre a quarter of a small one beside that of pixel x / 2 */
+    uint32_t x1 = x % 2 ? x / 2 + 1 : x / 2 - (x > 0), y1 = y % 2 ? y / 2 + 1 : y / 2 - (y > 0);
+    uint32_t xs[2] = {x / 2, x1 < w ? x1 : w - 1}, ys[2] = {y / 2, y1 < h ? y1 : h - 1};
+    struct span s = {INFINITY, 0.0f};
+    for (int i = 0; i < 4; i++) {
+        float g = half[ys[i / 2] * w + xs[i % 2]].g;
+        s = (struct span){fminf(s.lo, g), fmaxf(s.hi, g)};
+    }
+    return s;
+}
+
+/* Beyond blocks of LUM_PREVIEW_WHOLE the surfaces are those of a picture of half the size: each pixel lies between the
+ * four of that around it, wherever the size is odd, too; and the eye sees half of the pixels a side. */
+static void rougher_ones_are_of_half_the_size(void **state)
+{
+    (void)state;
+    struct rig r;
+    lit_room(&r, 2);
+    use_method(&r, "live");
+    r.settings.max_spp = 1;
+    r.settings.antialias = false;
+    for (uint32_t w = 74; w <= 75; w++) {
+        r.settings.w = (w + 1) / 2, r.settings.h = 27;
+        r.settings.preview = LUM_PREVIEW_MAX / 2;
+        rig_fresh_view(&r);
+        uint64_t primary = rig_pass(&r).rays[LUM_RAY_PRIMARY];
+        struct lum_rgb *half = rig_picture(&r);
+        rig_fresh_view(&r);
+        r.settings.w = w, r.settings.h = 53;
+        r.settings.preview = LUM_PREVIEW_MAX;
+        struct lum_pass_stats s = rig_pass(&r);
+        assert_int_equal(s.preview, LUM_PREVIEW_MAX);
+        assert_int_equal(s.rays[LUM_RAY_PRIMARY], primary);
+        const struct lum_film *film = lum_view_film(r.view);
+        for (uint32_t i = 0; i < film->w * film->h; i++) {
+            struct span around_it = around(half, (w + 1) / 2, 27, i % w, i / w);
+            float got = lum_film_mean(film, i % w, i / w).g;
+            if (!(got >= around_it.lo * (1.0f - 1e-5f) && got <= around_it.hi * (1.0f + 1e-5f)))
+                fail_msg("%u wide: pixel %u,%u is %g, around it %g to %g", w, i % w, i / w, (double)got,
+                         (double)around_it.lo, (double)around_it.hi);
+        }
+        lum_free(half);
+    }
+    rig_end(&r);
+}
+
 /* In a furnace all shines and reflects: the rough picture is as bright as the full one. */
 static void what_shines_reflects_too(void **state)
 {
@@ -68,16 +121,15 @@ static void what_shines_reflects_too(void **state)
 
 /* Frames after rough pictures of every edit are those of a view that makes none. Without records, whose places are the
  * rough pass's first. */
-static void frames_after_rough_pictures_are_as_without(void **state)
+static void frames_after_rough_pictures_are_as_without(uint32_t side)
 {
-    (void)state;
     struct rig r;
     lit_room(&r, 2);
     use_method(&r, "live");
     r.settings.w = 75, r.settings.h = 53;
     r.settings.max_spp = 1;
     r.settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
-    r.settings.preview = 4;
+    r.settings.preview = side;
     for (int edit = 0; edit < 6; edit++) {
         if (edit % 3 == 0)
             rig_bulb(&r, "bulb", rig_v(-1, 2, 0.5 - 0.1 * edit), 60);
@@ -87,7 +139,7 @@ static void frames_after_rough_pictures_are_as_without(void **state)
             rig_camera(&r, rig_v(-0.3, 1.4, 1.8 - 0.1 * edit), rig_v(0.2, 0.9, -0.5), 60);
         rig_commit(&r);
         r.settings.preview_eased = edit % 2 == 1; /* of rough pictures alone */
-        assert_int_equal(rig_pass(&r).preview, 4);
+        assert_int_equal(rig_pass(&r).preview, side);
         if (edit == 3) /* nobody waited for the frame: the next edit comes first */
             continue;
         struct lum_pass_stats s = rig_pass(&r);
@@ -105,7 +157,54 @@ static void frames_after_rough_pictures_are_as_without(void **state)
         lum_free(picture);
         lum_view_destroy(r.view);
         r.view = kept;
-        r.settings.preview = 4;
+        r.settings.preview = side;
+    }
+    rig_end(&r);
+}
+
+static void frames_after_rough_pictures(void **state)
+{
+    (void)state;
+    frames_after_rough_pictures_are_as_without(4);
+}
+
+static void frames_after_rougher_pictures(void **state)
+{
+    (void)state;
+    frames_after_rough_pictures_are_as_without(LUM_PREVIEW_MAX);
+}
+
+/* A drag on which both serve, as time allows. The whole picture that it began with is a base for the first one, but no
+ * more after one of half the size, which told it of no motion: from then on each is that of a view which has seen
+ * nothing before. */
+static void sizes_take_turns(void **state)
+{
+    (void)state;
+    struct rig r;
+    lit_room(&r, 2);
+    use_method(&r, "live");
+    r.settings.w = 75, r.settings.h = 53;
+    r.settings.max_spp = 1;
+    r.settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
+    rig_pass(&r);
+    for (int edit = 0; edit < 6; edit++) {
+        r.settings.preview = edit % 2 == 0 ? 8 : LUM_PREVIEW_MAX;
+        rig_object(&r, "crate", "crate", "red", rig_v(0.4 - 0.2 * edit, 0.5, -0.4));
+        rig_commit(&r);
+        assert_int_equal(rig_pass(&r).preview, r.settings.preview);
+        if (edit == 0)
+            continue;
+        struct lum_rgb *rough = rig_picture(&r);
+        struct lum_view *kept = r.view;
+        char what[32];
+        r.view = NULL;
+        rig_fresh_view(&r);
+        rig_pass(&r);
+        snprintf(what, sizeof what, "edit %d", edit);
+        rig_assert_picture(&r, rough, what);
+        lum_view_destroy(r.view);
+        r.view = kept;
+        lum_free(rough);
     }
     rig_end(&r);
 }
@@ -427,7 +526,10 @@ int main(void)
         cmocka_unit_test(what_an_edit_leaves_is_as_it_was),
         cmocka_unit_test(another_view_is_no_base),
         cmocka_unit_test(a_whole_picture_before_makes_rough_ones_better),
-        cmocka_unit_test(frames_after_rough_pictures_are_as_without),
+        cmocka_unit_test(rougher_ones_are_of_half_the_size),
+        cmocka_unit_test(frames_after_rough_pictures),
+        cmocka_unit_test(frames_after_rougher_pictures),
+        cmocka_unit_test(sizes_take_turns),
         cmocka_unit_test(eased_pictures_take_fewer_rays),
         cmocka_unit_test(every_method_can_be_rough),
     };

@@ -133,6 +133,29 @@ static void rough_passes_come_first_and_leave_no_trace(void **state)
     rig_end(&r);
 }
 
+/* What takes the size of its blocks has a limit, and says so. */
+static void rough_passes_have_a_limit(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *method;
+        uint32_t most;
+    } rows[] = {{"path", LUM_PREVIEW_WHOLE}, {"live", LUM_PREVIEW_MAX}, {"tic", LUM_PREVIEW_MAX}};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(rows); i++) {
+        struct rig r;
+        struct lum_pass_stats stats;
+        struct lum_error err = {0};
+        lit_room(&r, 2);
+        use_method(&r, rows[i].method);
+        r.settings.preview = rows[i].most;
+        assert_int_equal(rig_pass(&r).preview, rows[i].most);
+        r.settings.preview++;
+        assert_int_equal(lum_view_pass(r.view, r.snapshot, &r.settings, NULL, &stats, &err), LUM_ERR_INVALID);
+        assert_string_equal(err.field, "preview");
+        rig_end(&r);
+    }
+}
+
 /* A frame that is only a new sum comes at once, without a rough pass, whose own buffers would cost rays. */
 static void a_dimmed_lamp_has_no_rough_pass(void **state)
 {
@@ -334,6 +357,7 @@ int main(void)
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(cancelled_pass_leaves_a_consistent_film),
         cmocka_unit_test(rough_passes_come_first_and_leave_no_trace),
+        cmocka_unit_test(rough_passes_have_a_limit),
         cmocka_unit_test(a_dimmed_lamp_has_no_rough_pass),
         cmocka_unit_test(progress_stops_and_starts_over),
         cmocka_unit_test(first_hits_and_picks),

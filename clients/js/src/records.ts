@@ -663,7 +663,7 @@ export interface FrameStats {
     converged: boolean;
     /** see PROTOCOL.md */
     budget_chose: {
-        /** pixels; side of the blocks that the rough picture is made of; 1: none comes before the whole one */
+        /** pixels; see PROTOCOL.md */
         blocks: number;
         /** name; see PROTOCOL.md */
         eased: string | null;
