@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "core/effect/direct/layers.h"
+#include "core/math/sampler.h"
 
 #define BLOCKS_ACROSS (LUM_TILE_SIDE / LUM_MOTION_BLOCK_SIDE)
 _Static_assert(BLOCKS_ACROSS *BLOCKS_ACROSS <= 32, "blocks of a tile by bit");
@@ -85,6 +86,7 @@ static void plan_lights(struct lum_many_lights *c, const struct lum_pass *pass)
         const struct lum_light *l = &lights->lights[i];
         struct lum_sampled_light *own = &c->lights[i];
         struct lum_bounds b;
+        own->salt = lum_hash_text(l->id);
         own->p = l->p;
         own->radius = lum_length(l->u) + lum_length(l->v) + l->radius; /* what a shape has not is 0 */
         if (l->kind == &lum_emitter_mesh && lum_light_bounds(pass->snapshot, l, &b)) {

@@ -3,7 +3,7 @@
  * Of a light that brings little to a tile only one pixel in 2, 4, ... 256 asks whether it sees it, and counts it as
  * many times: so a window of 4 x 4, 8 x 8 or 16 x 16 pixels holds a sample of every light, and the more of a light the
  * more it brings. Filters as wide as these windows put them together (many_lights_join.c): a light that brings 1/1000
- * has shadows without detail, and costs a ray every 64 pixels. Lights that cannot bring more than 1/512 of a tile's own
+ * has shadows without detail, and costs a ray every 128 pixels. Lights that cannot bring more than 1/512 of a tile's own
  * brightness all together are left out of it. The sum is kept at the lights' present power: any edit of one makes it
  * anew.
  *
@@ -23,6 +23,7 @@
 
 struct lum_sampled_light {
     struct lum_light light; /* as its bits know it */
+    uint32_t salt;          /* by its id: of its points, and of which pixels take them */
     struct lum_vec3 p;      /* of the ball around it, scene space */
     float radius;
     float reference; /* luminance of the power by which its samples are planned; 0: it has not shone yet */

@@ -15,9 +15,11 @@ _Static_assert(LUM_CELL_SIDE % LUM_AIRLIGHT_SIDE == 0, "a packet is made of whol
 #define POINTS_MAX 5u
 #define TOLERANCE 0.05f
 
-/* Where there are many pairs, one in so many strata is looked at for each, 1 to 16, so that a pixel asks about so many
- * rays for those with a slot of their own, and for the others. */
-#define RAYS_ALONE 8u
+/* Of more pairs than so many with a slot of their own one in 2 strata is looked at for each. A first frame of
+ * office-media, 225 x 150, three draws, takes .73 million rays instead of .88, for a SMAPE of .1436 instead of .1435.
+ */
+#define ALL_STRATA 4u
+/* Of the others one in so many, 1 to 16, so that a pixel asks about so many rays for all of them. */
 #define RAYS_SHARED 4u
 
 /* About 110 KiB: lives on a worker's stack. */
@@ -142,8 +144,9 @@ static uint32_t thinning(const struct airlight *a, const struct lum_airlight_pai
     uint32_t n_pairs = n_scatter * s->lights.n_lights, n_alone = n_pairs;
     if (a->kept->shared && a->kept->n - 1 < n_pairs)
         n_alone = a->kept->n - 1;
-    uint32_t n = pair->alone ? n_alone : n_pairs - n_alone, rays = pair->alone ? RAYS_ALONE : RAYS_SHARED;
-    while (thin < N_SUBSETS && n > rays * thin)
+    if (pair->alone)
+        return n_alone > ALL_STRATA ? 2 : 1;
+    while (thin < N_SUBSETS && n_pairs - n_alone > RAYS_SHARED * thin)
         thin *= 2;
     return thin;
 }
