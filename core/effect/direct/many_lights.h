@@ -3,9 +3,9 @@
  * Of a light that brings little to a tile only one pixel in 2, 4, ... 256 asks whether it sees it, and counts it as
  * many times: so a window of 4 x 4, 8 x 8 or 16 x 16 pixels holds a sample of every light, and the more of a light the
  * more it brings. Filters as wide as these windows put them together (many_lights_join.c): a light that brings 1/1000
- * has shadows without detail, and costs a ray every 128 pixels. Lights that cannot bring more than 1/512 of a tile's own
- * brightness all together are left out of it. The sum is kept at the lights' present power: any edit of one makes it
- * anew.
+ * has shadows without detail, and costs a ray every 128 pixels. Lights that cannot bring more than 1/512 of a tile's
+ * own brightness all together are left out of it. The sum is kept at the lights' present power: any edit of one makes
+ * it anew.
  *
  * That takes no ray: which samples see their light is kept in two bits each, and which samples there are is decided by
  * the power that each light had when it was first seen to shine, unless it has become LUM_MANY_LIGHTS_BRIGHTER times as
