@@ -11,6 +11,8 @@
 struct filter_context {
 #if RTC_VERSION_MAJOR >= 4
     struct RTCRayQueryContext rtc;
+    struct RTCIntersectArguments intersect;
+    struct RTCOccludedArguments occluded;
 #else
     struct RTCIntersectContext rtc;
 #endif
@@ -19,8 +21,14 @@ struct filter_context {
     const struct lum_rays *rays;         /* with panes: the batch */
     struct passage *passages;            /* same: by ray */
     uint32_t n_instances;
-    bool coherent;
 };
+
+/* What a query takes last: Embree 3 the context, then rays; Embree 4 rays, then arguments that the context is in. */
+#if RTC_VERSION_MAJOR >= 4
+#define CONTEXT_AND(rays, context, query) rays, &(context)->query
+#else
+#define CONTEXT_AND(rays, context, query) &(context)->rtc, rays
+#endif
 
 /* What light has been through so far. */
 struct passage {
@@ -162,66 +170,30 @@ static void unpack(const struct RTCRayHit16 *packet, uint32_t first, struct lum_
     memcpy(h->object + first, packet->hit.instID[0], size); /* everything is an instance (top.c) */
 }
 
-static RTCFilterFunctionN filter_of(const struct filter_context *context)
-{
-    return context->panes ? filter_light : context->alpha ? filter_alpha : NULL;
-}
-
 /* panes: NULL where they occlude. */
 static void filter_context_init(struct filter_context *context, const struct lum_trace *trace,
                                 const struct lum_accel_panes *panes, bool coherent)
 {
+    RTCFilterFunctionN filter = panes ? filter_light : trace->alpha ? filter_alpha : NULL;
     context->alpha = trace->alpha;
     context->panes = panes;
     context->rays = NULL;
     context->passages = NULL;
     context->n_instances = trace->top->n_instances;
-    context->coherent = coherent;
 #if RTC_VERSION_MAJOR >= 4
     rtcInitRayQueryContext(&context->rtc);
+    rtcInitIntersectArguments(&context->intersect);
+    rtcInitOccludedArguments(&context->occluded);
+    context->intersect.context = context->occluded.context = &context->rtc;
+    context->intersect.filter = context->occluded.filter = filter;
+    context->intersect.flags = context->occluded.flags =
+        (coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT) |
+        (filter ? RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER : 0);
 #else
     rtcInitIntersectContext(&context->rtc);
     if (coherent)
         context->rtc.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    context->rtc.filter = filter_of(context);
-#endif
-}
-
-#if RTC_VERSION_MAJOR >= 4
-static enum RTCRayQueryFlags query_flags(const struct filter_context *context)
-{
-    return (context->coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT) |
-           (filter_of(context) ? RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER : 0);
-}
-#endif
-
-static void intersect(const struct lum_trace *trace, struct filter_context *context, const int *valid,
-                      struct RTCRayHit16 *packet)
-{
-#if RTC_VERSION_MAJOR >= 4
-    struct RTCIntersectArguments args;
-    rtcInitIntersectArguments(&args);
-    args.context = &context->rtc;
-    args.flags = query_flags(context);
-    args.filter = filter_of(context);
-    rtcIntersect16(valid, trace->top->scene, packet, &args);
-#else
-    rtcIntersect16(valid, trace->top->scene, &context->rtc, packet);
-#endif
-}
-
-static void occluded(const struct lum_trace *trace, struct filter_context *context, const int *valid,
-                     struct RTCRay16 *packet)
-{
-#if RTC_VERSION_MAJOR >= 4
-    struct RTCOccludedArguments args;
-    rtcInitOccludedArguments(&args);
-    args.context = &context->rtc;
-    args.flags = query_flags(context);
-    args.filter = filter_of(context);
-    rtcOccluded16(valid, trace->top->scene, packet, &args);
-#else
-    rtcOccluded16(valid, trace->top->scene, &context->rtc, packet);
+    context->rtc.filter = filter;
 #endif
 }
 
@@ -267,7 +239,7 @@ static uint32_t closest_packets(const struct lum_trace *trace, struct filter_con
             switch_off(valid, &packet.ray);
         memset(packet.hit.geomID, 0xff, sizeof packet.hit.geomID);
         memset(packet.hit.instID, 0xff, sizeof packet.hit.instID);
-        intersect(trace, context, valid, &packet);
+        rtcIntersect16(valid, trace->top->scene, CONTEXT_AND(&packet, context, intersect));
         unpack(&packet, first, ret_hits);
     }
     return bad;
@@ -287,7 +259,7 @@ static uint32_t any_packets(const struct lum_trace *trace, struct filter_context
         pack(rays, first, ray_mask(trace), &packet);
         if (n < WIDTH || unfit)
             switch_off(valid, &packet);
-        occluded(trace, context, valid, &packet);
+        rtcOccluded16(valid, trace->top->scene, CONTEXT_AND(&packet, context, occluded));
         /* Embree writes tfar = -inf into occluded lanes; lanes that it did not trace keep tfar and count as free */
         for (uint32_t k = 0; k < WIDTH; k++)
             ret_occluded[first + k] = (uint8_t)((valid[k] != 0) & (packet.tfar[k] < 0.0f));
@@ -296,20 +268,6 @@ static uint32_t any_packets(const struct lum_trace *trace, struct filter_context
 }
 
 /* ---- one by one ---- */
-
-static void intersect_single(const struct lum_trace *trace, struct filter_context *context, struct RTCRayHit *ray)
-{
-#if RTC_VERSION_MAJOR >= 4
-    struct RTCIntersectArguments args;
-    rtcInitIntersectArguments(&args);
-    args.context = &context->rtc;
-    args.flags = query_flags(context);
-    args.filter = filter_of(context);
-    rtcIntersect1(trace->top->scene, ray, &args);
-#else
-    rtcIntersect1(trace->top->scene, &context->rtc, ray);
-#endif
-}
 
 static struct RTCRay single_ray(const struct lum_trace *trace, const struct lum_rays *rays, uint32_t i)
 {
@@ -336,7 +294,7 @@ static uint32_t closest_singles(const struct lum_trace *trace, struct filter_con
         struct RTCRayHit q = {.ray = single_ray(trace, rays, i),
                               .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
         if (valid[i % WIDTH])
-            intersect_single(trace, context, &q);
+            rtcIntersect1(trace->top->scene, CONTEXT_AND(&q, context, intersect));
         ret_hits->t[i] = q.ray.tfar;
         ret_hits->u[i] = q.hit.u;
         ret_hits->v[i] = q.hit.v;
@@ -349,20 +307,6 @@ static uint32_t closest_singles(const struct lum_trace *trace, struct filter_con
     return bad;
 }
 
-static void occluded_single(const struct lum_trace *trace, struct filter_context *context, struct RTCRay *ray)
-{
-#if RTC_VERSION_MAJOR >= 4
-    struct RTCOccludedArguments args;
-    rtcInitOccludedArguments(&args);
-    args.context = &context->rtc;
-    args.flags = query_flags(context);
-    args.filter = filter_of(context);
-    rtcOccluded1(trace->top->scene, ray, &args);
-#else
-    rtcOccluded1(trace->top->scene, &context->rtc, ray);
-#endif
-}
-
 static uint32_t any_singles(const struct lum_trace *trace, struct filter_context *context, const struct lum_rays *rays,
                             uint8_t ret_occluded[LUM_RAY_BATCH])
 {
@@ -373,7 +317,7 @@ static uint32_t any_singles(const struct lum_trace *trace, struct filter_context
             bad += gate(rays, i, rays->n - i, valid);
         struct RTCRay ray = single_ray(trace, rays, i);
         if (valid[i % WIDTH])
-            occluded_single(trace, context, &ray);
+            rtcOccluded1(trace->top->scene, CONTEXT_AND(&ray, context, occluded));
         ret_occluded[i] = (uint8_t)((valid[i % WIDTH] != 0) & (ray.tfar < 0.0f));
     }
     return bad;

@@ -16,15 +16,8 @@ struct commit {
 
 /* ---- resolving and sharing ---- */
 
-static bool same_instances(const struct lum_instance_part *a, const struct lum_instance_part *b)
-{
-    return a->n == b->n && memcmp(a->items, b->items, a->n * sizeof *a->items) == 0;
-}
-
-static bool same_materials(const struct lum_material_part *a, const struct lum_material_part *b)
-{
-    return a->n == b->n && memcmp(a->items, b->items, a->n * sizeof *a->items) == 0;
-}
+/* Of two parts: as many, and alike to the last byte. */
+#define SAME_ITEMS(a, b) ((a)->n == (b)->n && memcmp((a)->items, (b)->items, (a)->n * sizeof *(a)->items) == 0)
 
 static bool same_emitter_shapes(const struct lum_light_part *a, const struct lum_light_part *b)
 {
@@ -33,13 +26,8 @@ static bool same_emitter_shapes(const struct lum_light_part *a, const struct lum
 
 static bool same_lights(const struct lum_light_part *a, const struct lum_light_part *b)
 {
-    return a->n == b->n && memcmp(a->items, b->items, a->n * sizeof *a->items) == 0 && same_emitter_shapes(a, b) &&
-           memcmp(&a->bounds, &b->bounds, sizeof a->bounds) == 0 && lum_light_tree_same(&a->tree, &b->tree);
-}
-
-static bool same_cameras(const struct lum_camera_part *a, const struct lum_camera_part *b)
-{
-    return a->n == b->n && memcmp(a->items, b->items, a->n * sizeof *a->items) == 0;
+    return SAME_ITEMS(a, b) && same_emitter_shapes(a, b) && memcmp(&a->bounds, &b->bounds, sizeof a->bounds) == 0 &&
+           lum_light_tree_same(&a->tree, &b->tree);
 }
 
 static bool same_media(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b)
@@ -102,6 +90,8 @@ static enum lum_status share_or_build_top(struct commit *c, struct lum_error *er
     return build_top(c, err);
 }
 
+#define TAKE_LAST(part, unref) (unref(p->part), p->part = previous->part, lum_refs_get(&p->part->refs))
+
 /* Replaces each part that equals the last snapshot's by that one. */
 static void share_parts(struct commit *c)
 {
@@ -110,30 +100,26 @@ static void share_parts(struct commit *c)
     struct lum_snapshot_parts *p = c->parts, *previous = c->last->parts;
     c->same_shapes = lum_lights_same_shape(p, previous);
     c->same_power = lum_lights_same_power(p, previous);
-    if (same_instances(p->instances, previous->instances)) {
-        lum_instance_part_unref(p->instances);
-        p->instances = previous->instances;
-        lum_refs_get(&p->instances->refs);
-    }
-    if (same_materials(p->materials, previous->materials)) {
-        lum_material_part_unref(p->materials);
-        p->materials = previous->materials;
-        lum_refs_get(&p->materials->refs);
-        c->shared_materials = true;
-    }
-    if (same_cameras(p->cameras, previous->cameras)) {
-        lum_camera_part_unref(p->cameras);
-        p->cameras = previous->cameras;
-        lum_refs_get(&p->cameras->refs);
-    }
-    if (same_lights(p->lights, previous->lights)) {
-        lum_light_part_unref(p->lights);
-        p->lights = previous->lights;
-        lum_refs_get(&p->lights->refs);
-    }
+    c->shared_materials = SAME_ITEMS(p->materials, previous->materials);
+    if (SAME_ITEMS(p->instances, previous->instances))
+        TAKE_LAST(instances, lum_instance_part_unref);
+    if (c->shared_materials)
+        TAKE_LAST(materials, lum_material_part_unref);
+    if (SAME_ITEMS(p->cameras, previous->cameras))
+        TAKE_LAST(cameras, lum_camera_part_unref);
+    if (same_lights(p->lights, previous->lights))
+        TAKE_LAST(lights, lum_light_part_unref);
 }
 
 /* ---- alpha ---- */
+
+static bool any_object(const struct lum_snapshot_parts *p, bool (*is)(const struct lum_material *m))
+{
+    for (uint32_t i = 0; i < p->instances->n; i++)
+        if (is(&p->materials->items[p->instances->items[i].material]))
+            return true;
+    return false;
+}
 
 bool lum_material_has_holes(const struct lum_material *m)
 {
@@ -148,37 +134,13 @@ bool lum_material_has_holes(const struct lum_material *m)
     return false;
 }
 
-static bool any_alpha(const struct lum_snapshot_parts *p)
-{
-    for (uint32_t i = 0; i < p->instances->n; i++)
-        if (lum_material_has_holes(&p->materials->items[p->instances->items[i].material]))
-            return true;
-    return false;
-}
-
 /* ---- panes ---- */
-
-static bool any_pane(const struct lum_snapshot_parts *p)
-{
-    for (uint32_t i = 0; i < p->instances->n; i++)
-        if (lum_material_is_pane(&p->materials->items[p->instances->items[i].material]))
-            return true;
-    return false;
-}
 
 /* Of all materials: objects may come to have it without an edit of materials. */
 static bool any_unlit(const struct lum_snapshot_parts *p)
 {
     for (uint32_t i = 0; i < p->materials->n; i++)
         if (p->materials->items[i].unlit)
-            return true;
-    return false;
-}
-
-static bool any_sheet(const struct lum_snapshot_parts *p)
-{
-    for (uint32_t i = 0; i < p->instances->n; i++)
-        if (lum_material_is_sheet(&p->materials->items[p->instances->items[i].material]))
             return true;
     return false;
 }
@@ -295,10 +257,10 @@ static void publish(struct commit *c, uint64_t scene_rev)
     s->bounds_lo = p->lights->bounds.lo;
     s->bounds_hi = p->lights->bounds.hi;
     s->alpha = (struct lum_accel_alpha){lum_snapshot_opaque, s};
-    s->has_alpha = any_alpha(p);
+    s->has_alpha = any_object(p, lum_material_has_holes);
     s->panes = (struct lum_accel_panes){lum_snapshot_passes, s};
-    s->has_panes = any_pane(p);
-    s->has_sheets = any_sheet(p);
+    s->has_panes = any_object(p, lum_material_is_pane);
+    s->has_sheets = any_object(p, lum_material_is_sheet);
     s->has_unlit = any_unlit(p);
     s->instances = p->instances->items;
     s->n_instances = p->instances->n;

@@ -59,19 +59,19 @@ static enum lum_status check_sheet(const struct lum_material_desc *d, struct lum
 
 static enum lum_status check_material(const struct lum_material_desc *d, struct lum_error *err)
 {
+    const struct {
+        const char *field;
+        struct lum_rgb value;
+        float most;
+    } colors[] = {{"base_color", d->base_color, 1.0f},
+                  {"specular_color", d->specular_color, 100.0f},
+                  {"attenuation_color", d->attenuation_color, 1.0f},
+                  {"emission", d->emission, 100.0f},
+                  {"diffuse_transmittance", d->diffuse_transmittance, 1.0f},
+                  {"sheen_color", d->sheen_color, 1.0f}};
     enum lum_status status = check_material_numbers(d, err);
-    if (status == LUM_OK)
-        status = lum_check_rgb("base_color", d->base_color, 1.0f, err);
-    if (status == LUM_OK)
-        status = lum_check_rgb("specular_color", d->specular_color, 100.0f, err);
-    if (status == LUM_OK)
-        status = lum_check_rgb("attenuation_color", d->attenuation_color, 1.0f, err);
-    if (status == LUM_OK)
-        status = lum_check_rgb("emission", d->emission, 100.0f, err);
-    if (status == LUM_OK)
-        status = lum_check_rgb("diffuse_transmittance", d->diffuse_transmittance, 1.0f, err);
-    if (status == LUM_OK)
-        status = lum_check_rgb("sheen_color", d->sheen_color, 1.0f, err);
+    for (size_t i = 0; i < LUM_ARRAY_LEN(colors) && status == LUM_OK; i++)
+        status = lum_check_rgb(colors[i].field, colors[i].value, colors[i].most, err);
     return status == LUM_OK ? check_sheet(d, err) : status;
 }
 

@@ -7,6 +7,7 @@
 #include "core/cache/kind.h"
 #include "core/pass/pass.h"
 #include "tests/numeric/stats.h"
+#include "tests/support/effort.h"
 
 enum { SIDE = 8, N_POINTS = SIDE * SIDE, BOUNCES = 3 };
 
@@ -109,7 +110,7 @@ static void closed_room_keeps_its_energy(void **state)
     } cases[] = {{256, 64, 0.96}, {1024, 32, 0.98}};
     for (size_t k = 0; k < LUM_ARRAY_LEN(cases); k++) {
         struct mean floor = {0}, middle = {0}, edge = {0}, corner = {0};
-        for (uint32_t seed = 0; seed < cases[k].n_seeds; seed++) {
+        for (uint32_t seed = 0; seed < TEST_EFFORT(cases[k].n_seeds); seed++) {
             struct lum_cache_key key = {.kind = &lum_cache_live,
                                         .n_vpls = 2 * cases[k].n_vpls, /* the walls shine outwards too */
                                         .max_bounces = BOUNCES,
@@ -126,6 +127,8 @@ static void closed_room_keeps_its_energy(void **state)
             "%u VPLs: floor %.3f +- %.3f, middle %.3f +- %.3f, beside walls %.3f +- %.3f, corner %.2f +- %.2f\n",
             cases[k].n_vpls, floor.mean, mean_stderr(&floor), middle.mean, mean_stderr(&middle), edge.mean,
             mean_stderr(&edge), corner.mean, mean_stderr(&corner));
+        if (!TEST_TELLS)
+            continue;
         assert_true(floor.mean > cases[k].least - 4.0 * mean_stderr(&floor));
         assert_true(middle.mean > 0.98 - 4.0 * mean_stderr(&middle));
         assert_true(edge.mean > 0.94 && edge.mean < 1.06);
@@ -161,7 +164,7 @@ static void slats_keep_their_light(void **state)
     }
     double area = 24.0 + N_SLATS * 2.0 * (WIDTH * LENGTH + THICK * (WIDTH + LENGTH));
     struct mean all = {0};
-    for (uint32_t seed = 0; seed < 128; seed++) {
+    for (uint32_t seed = 0; seed < TEST_EFFORT(128); seed++) {
         struct lum_cache_key key = {
             .kind = &lum_cache_live, .n_vpls = 512, .max_bounces = BOUNCES, .accuracy = 0.2f, .seed = seed};
         double share[N_POINTS];
@@ -169,7 +172,8 @@ static void slats_keep_their_light(void **state)
         mean_add(&all, mean_of(share, 0, SIDE));
     }
     print_message("between slats: %.3f +- %.3f\n", all.mean, mean_stderr(&all));
-    assert_true(fabs(all.mean - 1.0) < 0.05 + 2.0 * mean_stderr(&all) && all.mean > 0.85);
+    if (TEST_TELLS)
+        assert_true(fabs(all.mean - 1.0) < 0.05 + 2.0 * mean_stderr(&all) && all.mean > 0.85);
     lum_caches_destroy(caches);
     rig_end(&r);
 }

@@ -5,9 +5,10 @@
 #include "core/vpl/air.h"
 #include "core/vpl/lifted.h"
 #include "tests/numeric/fog.h"
+#include "tests/support/effort.h"
 #include "tests/support/vpls.h"
 
-#define SEEDS 24
+#define SEEDS TEST_EFFORT(24)
 
 /* ---- draws ---- */
 
@@ -30,7 +31,7 @@ static double term_of(const struct lum_vpl_set *set, uint32_t k, const struct lu
 
 /* Over u in even steps a draw counts each VPL as often as its chance says, but for one step of each: n VPLs of some
  * 500 that are drawn 8 at a time are off by no more than 500 / (8 STEPS), and the float sums by less. */
-#define STEPS 16384
+#define STEPS TEST_EFFORT(16384)
 static void draws_stand_for_all(void **state)
 {
     (void)state;
@@ -66,8 +67,8 @@ static void draws_stand_for_all(void **state)
         }
         double off = most * reach / 8.0 / STEPS * v.set.n_bounced + 1e-4 * want;
         print_message("point %zu, g %g: %.6g, all of them %.6g +- %.2g\n", i / 3, (double)air.g, sum, want, off);
-        assert_true(off < 0.1 * want); /* or it says nothing */
-        if (!(fabs(sum - want) <= off))
+        assert_true(off < 0.1 * want || !TEST_TELLS); /* or it says nothing */
+        if (TEST_TELLS && !(fabs(sum - want) <= off))
             fail_msg("point %zu, g %g: %.8g, not %.8g", i / 3, (double)air.g, sum, want);
     }
     struct lum_vpl_air_draw none[4];
@@ -133,8 +134,8 @@ static void check(const char *what, struct estimate live, double want, double wa
 {
     double error = hypot(live.stderr, want_error);
     print_message("%s: %.4f +- %.4f, not %.4f +- %.4f\n", what, live.mean, live.stderr, want, want_error);
-    assert_true(error < 0.04 * want); /* or it says little */
-    if (!(fabs(live.mean - want) <= 4.0 * error + 0.03 * want))
+    assert_true(error < 0.04 * want || !TEST_TELLS); /* or it says little */
+    if (TEST_TELLS && !(fabs(live.mean - want) <= 4.0 * error + 0.03 * want))
         fail_msg("%s: %.5f, not %.5f", what, live.mean, want);
 }
 
@@ -190,7 +191,7 @@ static void fog_before_a_board(void **state)
     for (int i = 0; i < 4; i++) {
         struct rig r;
         begin_dark(&r, i);
-        struct estimate path = by_paths(&r, 96);
+        struct estimate path = by_paths(&r, TEST_EFFORT(96));
         check(what[i], by_first_frames(&r), path.mean, path.stderr);
         rig_end(&r);
     }
@@ -218,7 +219,7 @@ static void cloud_before_nothing(void **state)
     (void)state;
     struct rig r;
     begin_cloud(&r);
-    struct estimate path = by_paths(&r, 96);
+    struct estimate path = by_paths(&r, TEST_EFFORT(96));
     check("a cloud before nothing", by_first_frames(&r), path.mean, path.stderr);
     rig_end(&r);
 }
