@@ -62,6 +62,7 @@ ONLY_IN = {
     r"cjson/": r"protocol/|server/|clients/|tests/",
     r"turbojpeg\.h|spng\.h|zlib\.h": r"server/|clients/|tests/",
     r"webp/": r"server/stream/webp\.c|tests/unit/webp_test\.c|tests/bench/codecs\.c",
+    r"vpx/": r"server/stream/vp9\.c|tests/unit/vp9_test\.c",
     r"openssl/": r"server/journal/|server/net/people\.c|server/net/tls(_pair|_ask)?\.[ch]|tests/unit/",
     r"assimp/|meshoptimizer\.h|seccomp\.h": r"server/importer/",
     r"mpi\.h": r"server/farm/farm_mpi\.c",
@@ -69,7 +70,7 @@ ONLY_IN = {
 }
 # static library -> symbols it must not need
 MUST_NOT_NEED = {
-    "core/liblum_core.a": r"^(lws_|cJSON_|tj[A-Z]|spng_|WebP|socket$|connect$|accept$|lum_((record|op|document|proto)(_|$)|frame_))",
+    "core/liblum_core.a": r"^(lws_|cJSON_|tj[A-Z]|spng_|WebP|vpx_|socket$|connect$|accept$|lum_((record|op|document|proto)(_|$)|frame_))",
     "protocol/liblum_protocol.a": r"^(lws_|rtc[A-Z]|exr_|socket$|lum_(scene|snapshot|view|film|accel|pool|calloc|log)(_|$))",
 }
 

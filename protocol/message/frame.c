@@ -112,7 +112,8 @@ static const char *const codec_names[] = {[LUM_CODEC_RGBA8] = "rgba8",
                                           [LUM_CODEC_JPEG] = "jpeg",
                                           [LUM_CODEC_PNG] = "png",
                                           [LUM_CODEC_WEBP] = "webp",
-                                          [LUM_CODEC_HALF_DEFLATE] = "half_deflate"};
+                                          [LUM_CODEC_HALF_DEFLATE] = "half_deflate",
+                                          [LUM_CODEC_VP9] = "vp9"};
 
 const char *lum_codec_name(enum lum_codec codec)
 {

@@ -9,13 +9,14 @@
 #define LUM_FRAME_HEADER_BYTES 64u /* the fields of frame.c without a gap */
 
 enum lum_frame_kind { LUM_FRAME_TILE = 1, LUM_FRAME_HDR_TILE = 2, LUM_FRAME_FILE_CHUNK = 3 };
-enum lum_frame_flag { LUM_FRAME_LAST_TILE = 1, LUM_FRAME_LOSSLESS = 2, LUM_FRAME_CONVERGED = 4 };
+enum lum_frame_flag { LUM_FRAME_LAST_TILE = 1, LUM_FRAME_LOSSLESS = 2, LUM_FRAME_CONVERGED = 4, LUM_FRAME_KEY = 8 };
 enum lum_codec {
     LUM_CODEC_RGBA8 = 0,
     LUM_CODEC_JPEG = 1,
     LUM_CODEC_PNG = 2,
     LUM_CODEC_WEBP = 3,
-    LUM_CODEC_HALF_DEFLATE = 4
+    LUM_CODEC_HALF_DEFLATE = 4,
+    LUM_CODEC_VP9 = 5
 };
 
 /* As view.open names them: "jpeg". False: there is no such codec. */

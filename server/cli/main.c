@@ -33,6 +33,7 @@
 #include "server/net/net.h"
 #include "server/net/projects.h"
 #include "server/net/tls.h"
+#include "server/stream/vp9.h"
 #include "server/stream/webp.h"
 
 static void help_serve(const struct lum_help *h)
@@ -67,9 +68,10 @@ static void help_serve(const struct lum_help *h)
 static int version(void)
 {
     const char *tls = lum_tls_library();
-    printf("lumend %s (protocol 1)\n%s\n%s\n%s\n%s%s\n%s WebP\ncJSON %s\ncompiler %s\n", LUMEND_VERSION,
+    printf("lumend %s (protocol 1)\n%s\n%s\n%s\n%s%s\n%s WebP\n%s VP9\ncJSON %s\ncompiler %s\n", LUMEND_VERSION,
            lum_accel_library(), lum_exr_library(), lum_net_library(), tls ? "OpenSSL " : "without TLS", tls ? tls : "",
-           lum_webp_available() ? "with" : "without", cJSON_Version(), __VERSION__);
+           lum_webp_available() ? "with" : "without", lum_vp9_available() ? "with" : "without", cJSON_Version(),
+           __VERSION__);
     return LUM_EXIT_OK;
 }
 

@@ -197,6 +197,7 @@ static bool fit_tiles(struct lum_server_view *v, uint32_t w, uint32_t h, struct 
     lum_free(v->tiles);
     v->tiles = tiles;
     v->n_tiles = n;
+    v->video.anew = true; /* a chunk may have been cut off */
     return true;
 }
 
@@ -246,6 +247,7 @@ void lum_server_view_destroy(struct lum_server_view *v)
     lum_stream_unref(v->stream);
     lum_view_destroy(v->core);
     lum_view_destroy(v->rest.core);
+    lum_video_close(&v->video.of);
     lum_overlay_finish(&v->overlay);
     lum_snapshot_unref(v->solo);
     lum_snapshot_unref(v->moment);
@@ -275,10 +277,13 @@ bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, 
         return false;
     }
     lum_moment_take(v, &moment);
-    bool loses_webp = (v->want.codecs & ~want.codecs) >> LUM_CODEC_WEBP & 1u; /* some may wait in the stream */
-    if (loses_webp || r.codec != v->codec || want.quality > v->want.quality || want.downscale != v->want.downscale ||
-        params->resend)
+    uint32_t lost = v->want.codecs & ~want.codecs; /* some may wait in the stream */
+    if (lost & (1u << LUM_CODEC_WEBP | 1u << LUM_CODEC_VP9) || r.codec != v->codec || want.quality > v->want.quality ||
+        want.downscale != v->want.downscale || params->resend)
         memset(v->tiles, 0, v->n_tiles * sizeof *v->tiles);
+    if (lost >> LUM_CODEC_VP9 & 1u)
+        lum_video_close(&v->video.of);
+    v->video.anew = v->video.anew || params->resend;
     bool rests_otherwise = memcmp(want.rest_size, v->want.rest_size, sizeof want.rest_size) != 0;
     v->want = want;
     if (rests_otherwise && !lum_rest_reserve(v, world, err))

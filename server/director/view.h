@@ -18,6 +18,7 @@
 #include "server/director/exposure.h"
 #include "server/director/stats_json.h"
 #include "server/stream/encode.h"
+#include "server/stream/video.h"
 #include "server/world/world.h"
 
 #define LUM_VIEW_REST_NS 500000000ll     /* before it is made larger: a drag that halts is shorter */
@@ -31,6 +32,14 @@ struct lum_rest {
     bool on;     /* passes are its own */
     bool shown;  /* frames, too */
     bool failed; /* it could not be made: not tried again before another size is asked for */
+};
+
+struct lum_view_video {
+    struct lum_video of;
+    bool anew;         /* the client lacks what the next chunk would be based on */
+    uint64_t skipped;  /* of the stream, by then */
+    double interval_s; /* of its pictures, the newest with the most weight; 0: not known */
+    int64_t failed_ns; /* when there was no room or memory; 0: there was */
 };
 
 struct lum_server_view {
@@ -70,6 +79,7 @@ struct lum_server_view {
     struct lum_pass_stats last_pass;
     /* sending */
     struct lum_tile_state *tiles;
+    struct lum_view_video video;
     struct lum_overlay overlay; /* of the last frame */
     uint32_t n_tiles;
     bool unsent; /* the film or its display changed since the last frame */

@@ -11,18 +11,29 @@
  * there are twice as many, or after this time. Oftener is traffic for noise, less often looks as if it hung. */
 #define GROWING_INTERVAL_NS 250000000ll
 enum { EVERY_PASS_BELOW_SPP = 8 };
+/* Without room or memory for a video it is not tried again before. */
+#define VIDEO_AGAIN_NS 10000000000ll
+#define REST_S 1.0 /* no hand waits so long between two movements */
 
 const char *const lum_in_view_names[] = {
     [LUM_IN_VIEW_SCENE] = "scene", [LUM_IN_VIEW_DARK] = "dark", [LUM_IN_VIEW_NOTHING] = "nothing"};
 
 static bool is_lossy(uint8_t codec)
 {
-    return codec == LUM_CODEC_JPEG || codec == LUM_CODEC_WEBP;
+    return codec == LUM_CODEC_JPEG || codec == LUM_CODEC_WEBP || codec == LUM_CODEC_VP9;
 }
 
 static bool reads_webp(const struct lum_server_view *v)
 {
     return lum_webp_available() && (v->codec == LUM_CODEC_WEBP || v->want.codecs >> LUM_CODEC_WEBP & 1u);
+}
+
+static bool reads_vp9(const struct lum_server_view *v)
+{
+    const struct lum_film *film = lum_view_film(lum_rest_shown_core(v));
+    return lum_vp9_available() && v->want.codecs >> LUM_CODEC_VP9 & 1u && v->want.downscale == 0 &&
+           lum_video_fits(film->w, film->h) &&
+           (v->video.failed_ns == 0 || lum_clock_ns() - v->video.failed_ns > VIDEO_AGAIN_NS);
 }
 
 static int64_t later(int64_t a_ns, int64_t b_ns)
@@ -97,10 +108,12 @@ static struct lum_coding coding(struct lum_server_view *v, uint32_t threads, dou
 {
     if (v->codec != LUM_CODEC_JPEG)
         return (struct lum_coding){v->codec, (uint8_t)v->want.quality};
-    return lum_coding_choose(
-        &v->coding, v->want.quality,
-        &(struct lum_coding_line){
-            .bytes_s = line_bytes_s, .threads = threads, .webp = reads_webp(v), .colors = v->overlay.classes != NULL});
+    return lum_coding_choose(&v->coding, v->want.quality,
+                             &(struct lum_coding_line){.bytes_s = line_bytes_s,
+                                                       .threads = threads,
+                                                       .webp = reads_webp(v),
+                                                       .vp9 = reads_vp9(v),
+                                                       .colors = v->overlay.classes != NULL});
 }
 
 /* Of a picture at rest WebP takes a tenth to a third fewer bytes than PNG, in about the same time. */
@@ -203,6 +216,45 @@ static void note_coding(struct lum_server_view *v, const struct lum_encoder *enc
         lum_coding_note(&v->coding, v->want.quality, &cost);
 }
 
+/* Since the last picture; a rest between two movements tells nothing. */
+static double interval_s(const struct lum_server_view *v)
+{
+    double s = (double)(lum_clock_ns() - v->sent_ns) * 1e-9, was = v->video.interval_s;
+    return s > REST_S ? was : was > 0.0 ? 0.75 * was + 0.25 * s : s;
+}
+
+/* The next chunk, in the first tile's place. Whatever tiles the client has are painted over then. */
+static enum lum_status encode_video(struct lum_server_view *v, struct lum_encoder *encoder, struct lum_picture *picture,
+                                    double line_bytes_s, struct lum_encoded_tile **ret_tiles, struct lum_error *err)
+{
+    uint64_t skipped = lum_stream_skipped(v->stream);
+    v->video.interval_s = interval_s(v);
+    const struct lum_video_want want = {.n_bytes = lum_coding_video_bytes(line_bytes_s, v->video.interval_s),
+                                        .key = v->video.anew || skipped != v->video.skipped};
+    enum lum_status st = lum_video_run(&v->video.of, encoder, picture, &want, &ret_tiles[0], err);
+    v->video.failed_ns = st ? lum_clock_ns() : 0;
+    if (st)
+        return st;
+    v->video.anew = false;
+    v->video.skipped = skipped;
+    picture->header.quality = ret_tiles[0]->header.quality;
+    memset(v->tiles, 0, v->n_tiles * sizeof *v->tiles);
+    return LUM_OK;
+}
+
+/* ret_tiles: zeroed. Where video was chosen and cannot be, it is tiles. */
+static enum lum_status encode(struct lum_server_view *v, struct lum_encoder *encoder, struct lum_picture *picture,
+                              double line_bytes_s, struct lum_encoded_tile **ret_tiles, struct lum_error *err)
+{
+    if (picture->header.codec == LUM_CODEC_VP9) {
+        if (!encode_video(v, encoder, picture, line_bytes_s, ret_tiles, err))
+            return LUM_OK;
+        const struct lum_coding c = coding(v, lum_encoder_threads(encoder), line_bytes_s);
+        picture->header = frame_header(v, c, false);
+    }
+    return lum_encoder_run(encoder, picture, v->tiles, ret_tiles, err);
+}
+
 enum lum_status lum_server_view_publish(struct lum_server_view *v, const struct lum_snapshot *scene,
                                         struct lum_encoder *encoder, enum lum_frame_due due,
                                         struct lum_published *ret_published, struct lum_error *err)
@@ -226,7 +278,7 @@ enum lum_status lum_server_view_publish(struct lum_server_view *v, const struct 
     struct lum_encoded_tile **tiles = lum_calloc(v->n_tiles, sizeof(struct lum_encoded_tile *));
     if (!tiles)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a frame");
-    st = lum_encoder_run(encoder, &picture, v->tiles, tiles, err);
+    st = encode(v, encoder, &picture, line_bytes_s, tiles, err);
     if (!st) {
         int64_t now = lum_clock_ns();
         if (due != LUM_DUE_FINAL)

@@ -23,11 +23,17 @@ static const struct knot knots[] = {
 #define SLOWEST 8.0          /* a machine that halted for a moment, or tables that are made once, tell nothing more */
 #define BETTER 0.8           /* of the time, that another step must take at most */
 #define BACK 0.5             /* of a limit, at which a step back up is taken: pictures differ in what WebP gains */
+#define VIDEO_S 0.070        /* of the line, for a picture of a video: fourteen a second, and none late; */
+#define VIDEO_SHARE 0.5      /* or so much of the time that there is for it, where pictures take longer to make; */
+#define VIDEO_MOST_S 0.200   /* but it is late itself then */
+#define VIDEO_MOST 1e6       /* bytes: no picture takes so many */
+#define VIDEO_LEAST 5000u    /* bytes: the line's rate is not read off fewer (line.c) */
 
 enum {
     STEP_JPEG,
     STEP_WEBP,
     STEP_WEBP_ROUGH,
+    STEP_VIDEO,
     ROUGH_QUALITY = 50, /* a quarter of the bytes of JPEG 85, 1.6 times its error */
     CHROMA_FROM = 90,   /* JPEG of this quality has colours of full resolution, and WebP never has */
     STAY_FRAMES = 4,    /* what a step really takes is known then */
@@ -52,6 +58,8 @@ int lum_coding_webp_quality(uint32_t quality)
 
 static struct lum_coding of_step(int step, uint32_t quality)
 {
+    if (step == STEP_VIDEO)
+        return (struct lum_coding){LUM_CODEC_VP9, 0};
     if (step == STEP_WEBP_ROUGH && quality > ROUGH_QUALITY)
         quality = ROUGH_QUALITY;
     return (struct lum_coding){step == STEP_JPEG ? LUM_CODEC_JPEG : LUM_CODEC_WEBP, (uint8_t)quality};
@@ -83,11 +91,14 @@ static double seconds(const struct lum_coding_state *s, int step, uint32_t quali
            s->plain_bytes * share(step, quality) / line->bytes_s;
 }
 
-static int better_step(const struct lum_coding_state *s, uint32_t quality, const struct lum_coding_line *line)
+/* Of those with tiles. */
+static int better_tiles(const struct lum_coding_state *s, uint32_t quality, const struct lum_coding_line *line)
 {
     double jpeg = seconds(s, STEP_JPEG, quality, line), webp = seconds(s, STEP_WEBP, quality, line),
            rough = seconds(s, STEP_WEBP_ROUGH, quality, line);
     bool like = has_like(quality, line->colors);
+    if (!line->webp)
+        return STEP_JPEG;
     switch (s->step) {
     case STEP_JPEG:
         if (like)
@@ -104,14 +115,31 @@ static int better_step(const struct lum_coding_state *s, uint32_t quality, const
     }
 }
 
+/* Tiles in the fewest bytes that this client may have. */
+static int last_tiles(const struct lum_coding_line *line)
+{
+    return !line->webp ? STEP_JPEG : line->colors ? STEP_WEBP : STEP_WEBP_ROUGH;
+}
+
+static int better_step(const struct lum_coding_state *s, uint32_t quality, const struct lum_coding_line *line)
+{
+    double fewest = seconds(s, last_tiles(line), quality, line);
+    if (s->step == STEP_VIDEO)
+        return fewest < BACK * FEW_S ? last_tiles(line) : STEP_VIDEO;
+    return line->vp9 && !line->colors && fewest > FEW_S ? STEP_VIDEO : better_tiles(s, quality, line);
+}
+
+/* Without a better one: what is not to be had any more is left. */
+static int same_step(const struct lum_coding_state *s, const struct lum_coding_line *line)
+{
+    bool gone = s->step == STEP_VIDEO ? !line->vp9 || line->colors : s->step > last_tiles(line);
+    return gone ? last_tiles(line) : s->step;
+}
+
 struct lum_coding lum_coding_choose(struct lum_coding_state *s, uint32_t quality, const struct lum_coding_line *line)
 {
-    int step = s->step;
-    if (!line->webp)
-        step = STEP_JPEG;
-    else if (line->colors && step == STEP_WEBP_ROUGH)
-        step = STEP_WEBP;
-    else if (s->stay == 0 && s->plain_bytes > 0.0 && line->bytes_s > 0.0)
+    int step = same_step(s, line);
+    if (step == s->step && s->stay == 0 && s->plain_bytes > 0.0 && line->bytes_s > 0.0)
         step = better_step(s, quality, line);
     if (step == STEP_WEBP && !has_like(quality, line->colors))
         step = STEP_JPEG;
@@ -119,6 +147,14 @@ struct lum_coding lum_coding_choose(struct lum_coding_state *s, uint32_t quality
         s->stay = STAY_FRAMES;
     s->step = step;
     return of_step(step, quality);
+}
+
+uint32_t lum_coding_video_bytes(double bytes_s, double interval_s)
+{
+    double line_s = VIDEO_SHARE * interval_s;
+    line_s = line_s < VIDEO_S ? VIDEO_S : line_s > VIDEO_MOST_S ? VIDEO_MOST_S : line_s;
+    double bytes = line_s * bytes_s;
+    return bytes > VIDEO_LEAST ? (uint32_t)(bytes < VIDEO_MOST ? bytes : VIDEO_MOST) : VIDEO_LEAST;
 }
 
 /* The frame before tells most; one of few tiles says little of the next. */
@@ -129,9 +165,11 @@ static double mixed(double was, double is)
 
 void lum_coding_note(struct lum_coding_state *s, uint32_t quality, const struct lum_coding_cost *cost)
 {
-    if (cost->n_pixels == 0)
+    if (s->step != STEP_VIDEO && cost->n_pixels == 0)
         return;
     s->stay -= s->stay > 0;
+    if (s->step == STEP_VIDEO) /* tells nothing of tiles */
+        return;
     s->plain_bytes = mixed(s->plain_bytes, (double)cost->n_bytes / share(s->step, quality));
     s->n_pixels = mixed(s->n_pixels, (double)cost->n_pixels);
     double slowness = (double)cost->cpu_ns / ((double)cost->n_pixels * ns_pixel(s->step));

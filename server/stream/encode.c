@@ -7,6 +7,7 @@
 #include <zlib.h>
 
 #include "server/stream/png.h"
+#include "server/stream/video.h"
 #include "server/stream/webp.h"
 
 #define SIDE LUM_LIMIT_TILE_SIDE
@@ -33,6 +34,7 @@ struct lum_encoder {
     struct lum_pool *pool;
     struct scratch *workers;
     uint32_t n_workers;
+    struct lum_video_room videos;
 };
 
 struct encode_run {
@@ -211,6 +213,13 @@ static struct lum_frame_header tile_header(const struct lum_picture *p, uint32_t
     return t;
 }
 
+/* As it is shown, 4 * w * h bytes. */
+static void draw_tile(const struct lum_picture *p, const struct lum_frame_header *t, uint8_t *ret_rgbx)
+{
+    lum_film_resolve(p->film, t->x, t->y, t->w, t->h, &p->display, ret_rgbx, (size_t)t->w * 4);
+    lum_overlay_paint(p->overlay, t, ret_rgbx);
+}
+
 static void encode_tile(void *ctx, uint32_t i, uint32_t worker)
 {
     struct encode_run *run = ctx;
@@ -221,8 +230,7 @@ static void encode_tile(void *ctx, uint32_t i, uint32_t worker)
     if (t.codec == LUM_CODEC_HALF_DEFLATE) {
         resolve_half(p->film, &t, (uint16_t *)(void *)s->pixels);
     } else {
-        lum_film_resolve(p->film, t.x, t.y, t.w, t.h, &p->display, s->pixels, (size_t)t.w * 4);
-        lum_overlay_paint(p->overlay, &t, s->pixels);
+        draw_tile(p, &t, s->pixels);
         if (t.downscale)
             downscale_rgba8(s->pixels, &w, &h, t.downscale);
     }
@@ -285,9 +293,36 @@ enum lum_status lum_encoder_run(struct lum_encoder *e, const struct lum_picture 
     return st;
 }
 
+struct draw_run {
+    struct lum_encoder *encoder;
+    const struct lum_picture *picture;
+    struct lum_vp9 *into;
+};
+
+static void draw_into(void *ctx, uint32_t i, uint32_t worker)
+{
+    struct draw_run *run = ctx;
+    uint8_t *pixels = run->encoder->workers[worker].pixels;
+    const struct lum_frame_header t = tile_header(run->picture, i);
+    draw_tile(run->picture, &t, pixels);
+    lum_vp9_put(run->into, &(struct lum_vp9_part){pixels, t.x, t.y, t.w, t.h});
+}
+_Static_assert(SIDE % 2 == 0, "parts of a video begin at even pixels");
+
+void lum_encoder_draw(struct lum_encoder *e, const struct lum_picture *picture, struct lum_vp9 *into)
+{
+    struct draw_run run = {e, picture, into};
+    lum_pool_run(e->pool, lum_tile_count(picture->film->w, picture->film->h), draw_into, &run, NULL);
+}
+
 uint32_t lum_encoder_threads(const struct lum_encoder *e)
 {
     return e->n_workers;
+}
+
+struct lum_video_room *lum_encoder_videos(struct lum_encoder *e)
+{
+    return &e->videos;
 }
 
 struct lum_coding_cost lum_encoder_cost(const struct lum_encoder *e)

@@ -17,8 +17,10 @@
 #include "server/stream/coding.h"
 #include "server/stream/overlay.h"
 #include "server/stream/stream.h"
+#include "server/stream/vp9.h"
 
-struct lum_encoder; /* JPEG handles and scratch memory, one set a worker */
+struct lum_video_room; /* video.h */
+struct lum_encoder;    /* JPEG handles and scratch memory, one set a worker */
 
 LUM_MUST_USE enum lum_status lum_encoder_create(struct lum_pool *pool, struct lum_encoder **ret_encoder,
                                                 struct lum_error *err);
@@ -48,7 +50,11 @@ LUM_MUST_USE enum lum_status lum_encoder_run(struct lum_encoder *encoder, const 
                                              struct lum_tile_state *states, struct lum_encoded_tile **ret_tiles,
                                              struct lum_error *err);
 
+/* The whole picture as it is shown, in full size, into an encoder of its size. Thread: as lum_encoder_run. */
+void lum_encoder_draw(struct lum_encoder *encoder, const struct lum_picture *picture, struct lum_vp9 *into);
+
 uint32_t lum_encoder_threads(const struct lum_encoder *encoder);
+struct lum_video_room *lum_encoder_videos(struct lum_encoder *encoder);
 /* Of the last run: coding alone, of the tiles that were new. Nothing of one that was sent only so that there is a
  * frame. */
 struct lum_coding_cost lum_encoder_cost(const struct lum_encoder *encoder);

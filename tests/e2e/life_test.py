@@ -183,7 +183,8 @@ class CommandLine(unittest.TestCase):
         self.assertRegex(done.stdout, r"^lumend \d+\.\d+\.\d+ \(protocol 1\)\n")
         for library in ("Embree", "OpenEXR", "libwebsockets", "cJSON"):
             self.assertRegex(done.stdout, rf"(?m)^{library} \d+\.\d+\.\d+$")
-        self.assertRegex(done.stdout, r"(?m)^with(out)? WebP$")
+        for codec in ("WebP", "VP9"):
+            self.assertRegex(done.stdout, rf"(?m)^with(out)? {codec}$")
 
     def test_scenes_have_titles(self):
         lines = run("scenes").stdout.splitlines()

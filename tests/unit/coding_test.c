@@ -199,6 +199,109 @@ static void webp_qualities_rise(void **state)
     }
 }
 
+/* ---- video ---- */
+
+static struct lum_coding_line thin_line(double bytes_s, bool webp)
+{
+    return (struct lum_coding_line){.bytes_s = bytes_s, .threads = 2, .webp = webp, .vp9 = true};
+}
+
+/* As frame(), of a client that reads VP9; the bytes of a video are what may be on that line. */
+static uint8_t video_frame(struct lum_coding_state *s, const struct picture *p, double bytes_s, bool webp)
+{
+    const struct lum_coding_line line = thin_line(bytes_s, webp);
+    struct lum_coding c = lum_coding_choose(s, QUALITY, &line);
+    double share = c.codec == LUM_CODEC_JPEG ? 1.0 : c.quality == QUALITY ? p->webp_of_jpeg : p->rough_of_jpeg;
+    double ns = c.codec == LUM_CODEC_JPEG ? 3.0 : 35.0;
+    lum_coding_note(
+        s, QUALITY,
+        &(struct lum_coding_cost){(uint64_t)(p->jpeg_bytes * share), (uint64_t)PIXELS, (uint64_t)(ns * PIXELS)});
+    return c.codec;
+}
+
+/* Where tiles in the fewest bytes take more than a tenth of a second it is video: with the second frame, for on such a
+ * line each tile less is a gain. Where they are there in half the time it is not, whatever it was before. */
+static void video_is_for_lines_too_thin_for_tiles(void **state)
+{
+    (void)state;
+    const struct picture *pictures[] = {&smooth, &noisy, &simple};
+    for (int i = 0; i < 3; i++)
+        for (int webp = 0; webp < 2; webp++)
+            for (double bytes_s = 5e3; bytes_s < 1e8; bytes_s *= 1.2) {
+                struct lum_coding_state s = {0};
+                const struct picture *p = pictures[i];
+                double fewest = p->jpeg_bytes * (webp ? p->rough_of_jpeg : 1.0);
+                assert_int_equal(video_frame(&s, p, bytes_s, webp), LUM_CODEC_JPEG);
+                uint8_t second = video_frame(&s, p, bytes_s, webp);
+                if (fewest / bytes_s > 0.2)
+                    assert_int_equal(second, LUM_CODEC_VP9);
+                uint8_t last = 0;
+                for (int n = 0; n < 60; n++)
+                    last = video_frame(&s, p, bytes_s, webp);
+                if (fewest / bytes_s > 0.15)
+                    assert_int_equal(last, LUM_CODEC_VP9);
+                if (fewest / bytes_s < 0.05)
+                    assert_int_not_equal(last, LUM_CODEC_VP9);
+                for (int n = 0; n < 60; n++) /* the line gets wide */
+                    last = video_frame(&s, p, 1e8, webp);
+                assert_int_equal(last, LUM_CODEC_JPEG);
+            }
+}
+
+static void video_does_not_flap(void **state)
+{
+    (void)state;
+    for (double bytes_s = 1e6; bytes_s > 5e3; bytes_s /= 1.03) {
+        struct lum_coding_state s = {0};
+        uint32_t random = 3;
+        int changes = 0;
+        uint8_t codec = LUM_CODEC_JPEG;
+        for (int n = 0; n < 400; n++) {
+            random = random * 1664525u + 1013904223u;
+            double wobble = 0.88 + 0.24 * (double)(random >> 8) / (1 << 24);
+            uint8_t now = video_frame(&s, &smooth, bytes_s * wobble, true);
+            changes += now != codec;
+            codec = now;
+        }
+        if (changes > 3)
+            fail_msg("%d changes at %.0f bytes a second", changes, bytes_s);
+    }
+}
+
+/* What stands for values never comes as video, nor does anything to who stopped reading it. */
+static void values_are_no_video(void **state)
+{
+    (void)state;
+    for (int webp = 0; webp < 2; webp++)
+        for (int colors = 0; colors < 2; colors++) {
+            struct lum_coding_state s = {0};
+            for (int n = 0; n < 10; n++)
+                video_frame(&s, &smooth, 2e4, webp);
+            assert_int_equal(video_frame(&s, &smooth, 2e4, webp), LUM_CODEC_VP9);
+            struct lum_coding_line line = thin_line(2e4, webp);
+            line.colors = colors;
+            line.vp9 = colors;
+            for (int n = 0; n < 30; n++) {
+                struct lum_coding c = lum_coding_choose(&s, QUALITY, &line);
+                assert_int_equal(c.codec, webp ? LUM_CODEC_WEBP : LUM_CODEC_JPEG);
+                assert_true(c.quality == (webp && !colors ? 50 : QUALITY));
+                lum_coding_note(&s, QUALITY, &(struct lum_coding_cost){20000, 400000, 3000000});
+            }
+        }
+}
+
+/* Its pictures take the line for a fourteenth of a second; where they come seldom for longer, but not for long. */
+static void a_picture_of_a_video_has_its_bytes(void **state)
+{
+    (void)state;
+    assert_int_equal(lum_coding_video_bytes(0.0, 0.0), 5000);
+    assert_int_equal(lum_coding_video_bytes(1e5, 0.0), 7000);
+    assert_int_equal(lum_coding_video_bytes(1e5, 0.1), 7000);
+    assert_int_equal(lum_coding_video_bytes(1e5, 0.3), 15000);
+    assert_int_equal(lum_coding_video_bytes(1e5, 30.0), 20000);
+    assert_int_equal(lum_coding_video_bytes(1e30, 0.1), 1000000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -211,6 +314,10 @@ int main(void)
         cmocka_unit_test(error_has_a_limit),
         cmocka_unit_test(above_ninety_there_are_two_steps),
         cmocka_unit_test(webp_qualities_rise),
+        cmocka_unit_test(video_is_for_lines_too_thin_for_tiles),
+        cmocka_unit_test(video_does_not_flap),
+        cmocka_unit_test(values_are_no_video),
+        cmocka_unit_test(a_picture_of_a_video_has_its_bytes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,8 +6,8 @@ const VERSION = 1;
 const ERROR_UNKNOWN = 65535;
 
 export const Kind = { tile: 1, hdrTile: 2, fileChunk: 3 } as const;
-export const Flag = { lastTile: 1, lossless: 2, converged: 4 } as const;
-export const Codec = { rgba8: 0, jpeg: 1, png: 2, webp: 3, halfDeflate: 4 } as const;
+export const Flag = { lastTile: 1, lossless: 2, converged: 4, key: 8 } as const;
+export const Codec = { rgba8: 0, jpeg: 1, png: 2, webp: 3, halfDeflate: 4, vp9: 5 } as const;
 
 export interface FrameHeader {
     kind: number;

@@ -7,6 +7,7 @@ import { numberOr, stringOr, type Pick, type SceneRecord } from '../protocol/typ
 import type { Vec3 } from '../lib/vec';
 import { orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
 import { Picture } from '../view/picture';
+import { PASSED_OVER, readsVp9 } from '../view/reads';
 import { Comeback } from './comeback';
 import { Compare, type PictureFacts, type Shot, type Side } from './compare';
 import { Convergence } from './convergence';
@@ -143,6 +144,7 @@ export class App {
     private shaped = false;
     /** Frames in a row that could not be shown. */
     private broken = 0;
+    private brokenVideo = 0;
     private readonly follower: Follower;
 
     constructor(url: string, token: string | null, project = '') {
@@ -260,8 +262,9 @@ export class App {
         this.picture = new Picture(canvas, {
             onDrawn: (last, arrivedAt) => this.drawn(last, arrivedAt),
             onBroken: (last, arrivedAt, error) => this.broke(last, arrivedAt, error),
-            onUnreadable: (codec) => codec === Codec.webp && this.view.readsNoWebp(),
+            onUnreadable: (codec) => codec === Codec.webp && this.view.reads('webp', false),
         });
+        void readsVp9().then((does) => this.view.reads('vp9', does));
         this.link.connect();
         setInterval(() => this.meter.tick(), TICK_MS);
         document.addEventListener('visibilitychange', () => void this.ping());
@@ -583,12 +586,15 @@ export class App {
             this.awaitedEdit = null;
         }
         this.meter.drawn(last);
+        if (last.codec === Codec.vp9) this.brokenVideo = 0;
         this.acked = { seq: last.frameSeq, arrivedAt };
         if (!document.hidden) this.acknowledge(last, arrivedAt);
     }
 
     /** The first time it is not acknowledged: it is not on the screen. One that fails again must not stop the picture. */
     private broke(last: FrameHeader, arrivedAt: number, error: Error): void {
+        if (error.name === PASSED_OVER) return this.acknowledge(last, arrivedAt);
+        if (last.codec === Codec.vp9 && ++this.brokenVideo > MAX_RESENDS) this.view.reads('vp9', false);
         this.broken++;
         if (this.broken > 1) this.acknowledge(last, arrivedAt);
         if (this.broken <= MAX_RESENDS) setTimeout(() => this.view.resend(), this.broken > 1 ? RESEND_PAUSE_MS : 0);

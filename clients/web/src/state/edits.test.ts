@@ -217,8 +217,8 @@ test('a browser that cannot read a tile of WebP asks for none any more', async (
         return calls[from]!.params.codecs;
     };
     assert.deepEqual(await open(), ['webp']);
-    view.readsNoWebp();
-    view.readsNoWebp();
+    view.reads('webp', false);
+    view.reads('webp', false);
     view.resend();
     await frame();
     const updates = calls.filter((c) => c.method === 'view.update');
@@ -226,6 +226,22 @@ test('a browser that cannot read a tile of WebP asks for none any more', async (
     assert.deepEqual(view.likeParams(8, null).codecs, []);
     view.closed();
     assert.deepEqual(await open(), [], 'nor by another connection');
+});
+
+test('video is offered once the browser has said that it reads it, and not to views that rest', async () => {
+    const view = new ViewLink(call, () => undefined, () => true);
+    const opened = view.open();
+    calls.at(-1)!.answer({ view_id: 3 });
+    await opened;
+    const from = calls.length;
+    view.reads('vp9', true);
+    view.reads('vp9', true);
+    await frame();
+    assert.deepEqual(calls.slice(from).map((c) => c.params.codecs), [['webp', 'vp9']]);
+    assert.deepEqual(view.likeParams(8, null).codecs, ['webp']);
+    view.reads('vp9', false);
+    await frame();
+    assert.deepEqual(calls.at(-1)!.params.codecs, ['webp']);
 });
 
 test('a view that was lost does not count what the old connection left unanswered', async () => {

@@ -181,7 +181,7 @@ export class ViewLink {
 
     private opening = false;
     /** What this browser reads beside JPEG and PNG: the server chooses for a thin line. */
-    private codecs = ['webp'];
+    private codecs: readonly string[] = ['webp'];
     private unanswered = 0;
     /** Effects that the server was told of, for this view: those that are none of the settings any more are automatic again. */
     private readonly told = new Set<string>();
@@ -287,10 +287,10 @@ export class ViewLink {
         this.mark('tiles');
     }
 
-    /** A tile of it could not be shown. */
-    readsNoWebp(): void {
-        if (this.codecs.length === 0) return;
-        this.codecs = [];
+    /** Also, or not: a part of it could not be shown. */
+    reads(codec: string, does: boolean): void {
+        if (this.codecs.includes(codec) === does) return;
+        this.codecs = does ? [...this.codecs, codec] : this.codecs.filter((c) => c !== codec);
         this.mark('settings');
     }
 
@@ -353,7 +353,8 @@ export class ViewLink {
     likeParams(ev: number, scale: { min: number; max: number } | null): JsonObject {
         const s = this.settings.value;
         const { codec, quality } = STREAMS[s.stream];
-        const params: JsonObject = { size: [...this.size.value], codec, codecs: [...this.codecs], quality, white_balance_k: s.whiteBalance, solo: [...s.solo], moment: s.moment, exposure_ev: ev };
+        const codecs = this.codecs.filter((c) => c !== 'vp9'); // of pictures that rest
+        const params: JsonObject = { size: [...this.size.value], codec, codecs, quality, white_balance_k: s.whiteBalance, solo: [...s.solo], moment: s.moment, exposure_ev: ev };
         params.overlay = isOfLight(s.overlay) ? s.overlay : 'none';
         if (isOfLight(s.overlay)) params.false_color = { ...s.falseColour, min: s.falseColour.min ?? scale?.min ?? null, max: s.falseColour.max ?? scale?.max ?? null };
         if (Object.keys(s.effects).length > 0) params.effects = { ...s.effects };

@@ -4,12 +4,17 @@
  * Tiles are decoded as they arrive. The frame's last tile sets off the drawing, which happens in one task: the browser shows
  * all of a frame or nothing of it. Only changed tiles are sent, so frames are drawn in order and none is left out. A tile
  * that cannot be decoded leaves the picture wrong until all of it is sent anew: such a frame is not reported as drawn.
+ * Over thin lines a frame is a chunk of a video in place of tiles: it is decoded by what is loaded then.
  */
 import { Codec, Flag, Kind, type Frame, type FrameHeader } from '../protocol/frame';
+import type { Video } from './video';
+
+/** What a frame or a tile of it was decoded to. */
+export type Pixels = ImageBitmap | VideoFrame;
 
 interface Tile {
     header: FrameHeader;
-    pixels: Promise<ImageBitmap | null>;
+    pixels: Promise<Pixels | null>;
 }
 
 const MIME: Record<number, string> = {
@@ -42,12 +47,13 @@ export interface PictureEvents {
     onUnreadable?(codec: number): void;
 }
 
-type Decode = (frame: Frame) => Promise<ImageBitmap | null>;
+type Decode = (frame: Frame) => Promise<Pixels | null>;
 
 export class Picture {
     private tiles: Tile[] = [];
     private drawn: Promise<void> = Promise.resolve();
     private generation = 0;
+    private video: Promise<Video> | null = null;
 
     constructor(
         private readonly canvas: HTMLCanvasElement,
@@ -57,7 +63,7 @@ export class Picture {
 
     receive(frame: Frame): void {
         if (frame.header.kind !== Kind.tile) return;
-        const pixels = this.decodeTile(frame);
+        const pixels = frame.header.codec === Codec.vp9 ? this.decodeVideo(frame) : this.decodeTile(frame);
         pixels.catch(() => this.events.onUnreadable?.(frame.header.codec)); // draw() looks at it, later
         this.tiles.push({ header: frame.header, pixels });
         if ((frame.header.flags & Flag.lastTile) === 0) return;
@@ -74,6 +80,14 @@ export class Picture {
     reset(): void {
         this.tiles = [];
         this.generation++;
+        void this.video?.then((v) => v.close(), () => undefined);
+    }
+
+    /** Chunks that come while it is fetched are decoded after it has come, in their order. */
+    private async decodeVideo(frame: Frame): Promise<Pixels> {
+        this.video ??= import('./video').then((m) => new m.Video());
+        this.video.catch(() => (this.video = null)); // it could not be fetched: the next chunk tries again
+        return (await this.video).decode(frame);
     }
 
     private async draw(tiles: Tile[], generation: number, arrivedAt: number): Promise<void> {
@@ -95,7 +109,7 @@ export class Picture {
     }
 
     /** Tiles that are stretched one by one show their edges: a frame that is all small is put together first. */
-    private drawTiles(context: CanvasRenderingContext2D, tiles: Tile[], pixels: (ImageBitmap | null)[]): void {
+    private drawTiles(context: CanvasRenderingContext2D, tiles: Tile[], pixels: (Pixels | null)[]): void {
         const { fullW, fullH, downscale } = tiles[0]!.header;
         const n = tiles.every((t) => t.header.downscale === downscale) ? 2 ** downscale : 1;
         const small = n > 1 ? new OffscreenCanvas(Math.ceil(fullW / n), Math.ceil(fullH / n)) : null;
