@@ -4,6 +4,7 @@
 
 #include "core/math/sampler.h"
 #include "core/math/warp.h"
+#include "core/measure/position_index.h"
 #include "core/pass/settings.h"
 #include "core/path/wave.h"
 

@@ -3,37 +3,12 @@
 #include "core/light/environment.h"
 #include "core/light/sample.h"
 #include "core/math/sampler.h"
+#include "core/measure/position_index.h"
 #include "core/trace/rays.h"
 
-#define INDEX_MAX 16.0 /* where the tables of the position index end */
 /* Smaller and larger sources are not what UGR was made for (CIE 117). */
 #define SMALL_SR 0.0003
 #define LARGE_SR 0.1
-
-static double degrees(double rad)
-{
-    return rad * (180.0 / LUM_PI_D);
-}
-
-double lum_position_index(struct lum_vec3 sight, struct lum_vec3 up, struct lum_vec3 wi)
-{
-    double ahead = (double)lum_dot(wi, sight), above = (double)lum_dot(wi, up),
-           aside = (double)fabsf(lum_dot(wi, lum_cross(sight, up)));
-    if (!(ahead > 0.0))
-        return (double)INFINITY;
-    /* s: between the line of sight and the source; t: of the plane of both from the vertical */
-    double s = degrees(atan2(hypot(above, aside), ahead)), t = degrees(atan2(aside, fabs(above)));
-    double index;
-    if (above >= 0.0) {
-        index = exp((35.2 - 0.31889 * t - 1.22 * exp(-2.0 * t / 9.0)) * 1e-3 * s +
-                    (21.0 + 0.26667 * t - 0.002963 * t * t) * 1e-5 * s * s);
-    } else {
-        double c = fabs(above) / hypot(above, aside);
-        double b = degrees(atan2(hypot(above, aside) * sqrt(1.0 + 0.3225 * c * c), ahead));
-        index = exp(6.49e-3 * b + 21e-5 * b * b);
-    }
-    return fmin(index, INDEX_MAX);
-}
 
 struct lum_vec3 lum_observer_upright(struct lum_vec3 sight)
 {
@@ -132,7 +107,12 @@ struct variances {
 static void count_source(struct lum_glare *glare, const struct seen *seen, const struct eye *eye,
                          double *inout_variance)
 {
-    double p = lum_position_index(eye->sight, eye->up, lum_normalize(seen->middle));
+    double p = lum_position_index_ugr(eye->sight, eye->up, lum_normalize(seen->middle));
+    if (isinf(p)) {
+        if (!(seen->solid_angle > LARGE_SR)) /* a ceiling that shines is no lamp overhead: it begins before the eye */
+            return;
+        p = LUM_POSITION_INDEX_MAX;
+    }
     double l2w_p2 = seen->radiance.value * seen->radiance.value / (seen->solid_angle * p * p); /* L w = radiance */
     glare->sum += l2w_p2;
     *inout_variance += l2w_p2 * l2w_p2 * relative_variance(&seen->radiance, seen->n);

@@ -2,7 +2,8 @@
  *
  *   UGR = 8 log10( 0.25 / Lb * sum of L^2 w / p^2 )
  *
- * L: luminance of a luminaire's shining parts towards the eye, w: their solid angle, p: Guth's position index,
+ * L: luminance of a luminaire's shining parts towards the eye, w: their solid angle, p: Guth's position index
+ * (position_index.h),
  * Lb = (Ev - direct light of luminaires) / pi: luminance of the background, cd/m2. */
 #ifndef LUM_CORE_MEASURE_UGR_H
 #define LUM_CORE_MEASURE_UGR_H
@@ -18,16 +19,10 @@ struct lum_observer {
 /* Unit, at right angles to a line of sight that is a unit vector. */
 struct lum_vec3 lum_observer_upright(struct lum_vec3 sight);
 
-/* Position index of what lies at unit direction wi, for a line of sight and an upright that are unit vectors at right
- * angles; at most 16. INFINITY: behind the eye. The closed form of Guth's data above the line of sight (as in
- * evalglare), below it that of Iwata & Tokura (1997). The table of CIE 117 differs by up to a tenth: 0.7 of UGR for one
- * lamp. */
-double lum_position_index(struct lum_vec3 sight, struct lum_vec3 up, struct lum_vec3 wi);
-
 /* What glares. */
 struct lum_glare {
     double sum, sum_stderr;    /* of L^2 w / p^2, cd^2/m4 */
-    uint32_t n_sources;        /* luminaires that are seen */
+    uint32_t n_sources;        /* luminaires that are seen where they glare (position_index.h) */
     uint32_t n_points;         /* lamps that are on and have no extent, and parallel light that the eye gets: they have
                                 * no luminance, and are left out */
     uint32_t n_small, n_large; /* of the sources: below 0.0003 sr and above 0.1 sr, which the formula is not for */

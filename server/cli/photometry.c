@@ -12,13 +12,16 @@
 #include "server/import/import.h"
 
 static const char help[] =
-    "usage: lumend photometry FILE... [--json]\n"
+    "usage: lumend photometry FILE... [--ugr] [--json]\n"
     "Reads IES LM-63 files (1986 to 2019) and EULUMDAT files (.ldt) as a light of kind ies does, and tells what they "
     "say:\n"
     "light, power, the brightest direction, beam and field angles, symmetry and opening. A file that is refused is "
     "named\n"
     "with its line, and the exit status is 1.\n"
     "\n"
+    "  --ugr     glare, too, as catalogues print it: UGR of 19 rooms that are full of this luminaire, a quarter of H "
+    "apart,\n"
+    "            where H is its height above the eye (CIE 117 and 190, 'corrected': for the light that the file says)\n"
     "  --json    one JSON object a line instead: \"file\", the members of `photometry` in protocol/PROTOCOL.md, "
     "warnings; or\n"
     "            \"file\" and \"error\"\n"
@@ -28,7 +31,10 @@ static const char help[] =
     "            rated for is no fault: fittings absorb light. That it is more, is odd\n"
     "  beam      angle between the outermost directions with half of the largest intensity, along c 0 - c 180 and "
     "across;\n"
-    "            field: with a tenth\n";
+    "            field: with a tenth\n"
+    "  glare     UGR of the room by which luminaires are compared, 4H by 8H that reflects 70, 50 and 20 %: crosswise, "
+    "with\n"
+    "            the luminaire's length across the line of sight, and endwise\n";
 
 static double number_of(const cJSON *o, const char *name)
 {
@@ -69,8 +75,52 @@ static void print_facts(const char *file, const cJSON *o)
     else
         printf("  opening   %s, %.3f x %.3f x %.3f m\n", opening, item_of(o, "size", 0), item_of(o, "size", 1),
                item_of(o, "size", 2));
+    if (cJSON_HasObjectItem(o, "ugr"))
+        printf("  glare     UGR %.1f crosswise, %.1f endwise, in a room of 4H by 8H, 70/50/20\n", item_of(o, "ugr", 0),
+               item_of(o, "ugr", 1));
     printf("  measured  type %s, %.0f x %.0f intensities\n", text_of(o, "type"), number_of(o, "planes"),
            number_of(o, "angles"));
+}
+
+static void print_cells(const cJSON *room, const char *view)
+{
+    const cJSON *cell;
+    cJSON_ArrayForEach(cell, cJSON_GetObjectItemCaseSensitive(room, view))
+    {
+        if (cJSON_IsNumber(cell))
+            printf("%7.1f", cell->valuedouble);
+        else
+            printf("%7s", "-");
+    }
+}
+
+static void print_ugr(const cJSON *ugr)
+{
+    const cJSON *room, *paint, *paints = cJSON_GetObjectItemCaseSensitive(ugr, "reflectances");
+    if (!paints) {
+        puts("  UGR       not known: the file names no opening that shines");
+        return;
+    }
+    printf("\n  UGR, luminaires %.2f H apart   crosswise                             endwise\n",
+           number_of(ugr, "spacing_h"));
+    static const char *const surfaces[3] = {"ceiling", "walls", "floor"};
+    for (int k = 0; k < 3; k++) {
+        printf("  %-12s", surfaces[k]);
+        for (int view = 0; view < 2; view++) {
+            printf("%s", view ? "   " : "");
+            cJSON_ArrayForEach(paint, paints) printf("%6.0f%%", 100.0 * cJSON_GetArrayItem(paint, k)->valuedouble);
+        }
+        puts("");
+    }
+    cJSON_ArrayForEach(room, cJSON_GetObjectItemCaseSensitive(ugr, "rooms"))
+    {
+        printf("  %2.0fH x %2.0fH   ", item_of(room, "size_h", 0), item_of(room, "size_h", 1));
+        print_cells(room, "crosswise");
+        printf("   ");
+        print_cells(room, "endwise");
+        puts("");
+    }
+    puts("");
 }
 
 /* Takes o over. */
@@ -120,24 +170,34 @@ static bool read_file(const char *file, struct lum_record **ret_light, struct lu
     return ok;
 }
 
-static bool tell(const char *file, bool json)
+struct how {
+    bool json, ugr;
+};
+
+static bool tell(const char *file, const struct how *how)
 {
     struct lum_record *light = NULL;
     struct lum_import_result result = {0};
     struct lum_proto_error err = {0};
-    cJSON *o = NULL;
+    cJSON *o = NULL, *ugr = NULL;
     bool read = read_file(file, &light, &result, &err);
     if (read)
         o = lum_photometry_describe(light->light.web, false);
+    if (o && how->ugr && ((ugr = lum_photometry_ugr(light->light.web)) == NULL || !lum_json_add(o, "ugr_table", ugr))) {
+        cJSON_Delete(o);
+        o = NULL;
+    }
     bool ok = o != NULL;
     if (read && !o)
         lum_proto_fail_memory(&err);
     if (!ok)
         fprintf(stderr, "lumend photometry: %s\n", err.text);
-    if (json) {
+    if (how->json) {
         ok = print_json(file, o, &result, ok ? NULL : err.text) && ok;
     } else if (ok) {
         print_facts(file, o);
+        if (ugr)
+            print_ugr(ugr);
         for (size_t i = 0; i < result.n_warnings; i++)
             printf("  note      %s\n", result.warnings[i]);
         cJSON_Delete(o);
@@ -154,7 +214,8 @@ void lum_help_photometry(const struct lum_help *h)
 
 int lum_cmd_photometry(int argc, char **argv)
 {
-    bool json = false, ok = true;
+    struct how how = {0};
+    bool ok = true;
     int n_files = 0;
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
@@ -162,7 +223,9 @@ int lum_cmd_photometry(int argc, char **argv)
             return LUM_EXIT_OK;
         }
         if (strcmp(argv[i], "--json") == 0) {
-            json = true;
+            how.json = true;
+        } else if (strcmp(argv[i], "--ugr") == 0) {
+            how.ugr = true;
         } else if (argv[i][0] == '-') {
             fprintf(stderr, "lumend photometry: no option '%.60s' (see: lumend photometry --help)\n", argv[i]);
             return LUM_EXIT_USAGE;
@@ -176,6 +239,6 @@ int lum_cmd_photometry(int argc, char **argv)
     }
     for (int i = 1; i < argc; i++)
         if (argv[i][0] != '-')
-            ok = tell(argv[i], json) && ok;
+            ok = tell(argv[i], &how) && ok;
     return ok ? LUM_EXIT_OK : LUM_EXIT_FAILED;
 }

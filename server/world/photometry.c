@@ -4,6 +4,7 @@
 
 #include <cjson/cJSON.h>
 
+#include "core/measure/ugr_table.h"
 #include "protocol/json/json.h"
 #include "server/base/web_desc.h"
 
@@ -28,6 +29,90 @@ static bool add_polar(cJSON *o, const struct lum_web *web)
     cJSON_Delete(polar);
     return false;
 }
+
+/* ---- glare ---- */
+
+static bool has_opening(const struct lum_record_web *file)
+{
+    return strcmp(file->opening, "point") != 0 && file->size[0] > 0.0 && file->size[1] > 0.0;
+}
+
+static struct lum_ugr_luminaire luminaire_of(const struct lum_record_web *file, const struct lum_web *web)
+{
+    bool sphere = strcmp(file->opening, "sphere") == 0;
+    return (struct lum_ugr_luminaire){.web = web,
+                                      .round = sphere || strcmp(file->opening, "disc") == 0,
+                                      .sphere = sphere,
+                                      .size_m = {file->size[0], file->size[1], file->size[2]}};
+}
+
+/* In the room that luminaires are compared by. */
+static bool add_glare(cJSON *o, const struct lum_record_web *file, const struct lum_web *web)
+{
+    struct lum_ugr_luminaire l = luminaire_of(file, web);
+    struct lum_ugr_cells cells;
+    if (!has_opening(file))
+        return true;
+    lum_ugr_room_of(&l, LUM_UGR_4H_8H, LUM_UGR_SPACING_H, &cells);
+    double ugr[LUM_UGR_VIEWS] = {cells.ugr[LUM_UGR_CROSSWISE][0], cells.ugr[LUM_UGR_ENDWISE][0]};
+    return !isfinite(ugr[0]) || !isfinite(ugr[1]) ||
+           lum_json_add(o, "ugr", cJSON_CreateDoubleArray(ugr, LUM_UGR_VIEWS));
+}
+
+static bool add_numbers(cJSON *o, const char *name, const double *v, uint32_t n)
+{
+    cJSON *list = cJSON_CreateArray();
+    bool ok = list != NULL;
+    for (uint32_t i = 0; i < n && ok; i++)
+        ok = lum_json_add(list, NULL, isfinite(v[i]) ? cJSON_CreateNumber(v[i]) : cJSON_CreateNull());
+    if (ok)
+        return lum_json_add(o, name, list);
+    cJSON_Delete(list);
+    return false;
+}
+
+static bool add_room(cJSON *rooms, const struct lum_ugr_luminaire *l, uint32_t i)
+{
+    struct lum_ugr_cells cells;
+    lum_ugr_room_of(l, i, LUM_UGR_SPACING_H, &cells);
+    cJSON *room = cJSON_CreateObject();
+    const double size[2] = {lum_ugr_rooms[i].x_h, lum_ugr_rooms[i].y_h};
+    return lum_json_add(rooms, NULL, room) && lum_json_add(room, "size_h", cJSON_CreateDoubleArray(size, 2)) &&
+           add_numbers(room, "crosswise", cells.ugr[LUM_UGR_CROSSWISE], LUM_UGR_PAINTS) &&
+           add_numbers(room, "endwise", cells.ugr[LUM_UGR_ENDWISE], LUM_UGR_PAINTS);
+}
+
+static bool add_rooms(cJSON *o, const struct lum_ugr_luminaire *l)
+{
+    cJSON *paints = cJSON_CreateArray(), *rooms = cJSON_CreateArray();
+    bool ok = lum_json_add(o, "reflectances", paints);
+    ok = lum_json_add(o, "rooms", rooms) && ok && lum_json_add_number(o, "spacing_h", LUM_UGR_SPACING_H);
+    for (uint32_t i = 0; i < LUM_UGR_PAINTS && ok; i++) {
+        const struct lum_ugr_paint *p = &lum_ugr_paints[i];
+        ok = lum_json_add(paints, NULL, cJSON_CreateDoubleArray((double[]){p->ceiling, p->walls, p->floor}, 3));
+    }
+    for (uint32_t i = 0; i < LUM_UGR_ROOMS && ok; i++)
+        ok = add_room(rooms, l, i);
+    return ok;
+}
+
+struct cJSON *lum_photometry_ugr(const struct lum_record_web *file)
+{
+    struct lum_web_desc desc = lum_web_desc_of(file);
+    struct lum_web *web = NULL;
+    if (lum_web_create(&desc, &web, NULL))
+        return NULL;
+    struct lum_ugr_luminaire l = luminaire_of(file, web);
+    cJSON *o = cJSON_CreateObject();
+    bool ok = o && (!has_opening(file) || add_rooms(o, &l));
+    lum_web_unref(web);
+    if (ok)
+        return o;
+    cJSON_Delete(o);
+    return NULL;
+}
+
+/* ---- all else ---- */
 
 static bool add_facts(cJSON *o, const struct lum_record_web *file, const struct lum_web_facts *f)
 {
@@ -60,7 +145,7 @@ struct cJSON *lum_photometry_describe(const struct lum_record_web *file, bool po
         return NULL;
     cJSON *o = cJSON_CreateObject();
     lum_web_facts(web, &facts);
-    bool ok = o && add_facts(o, file, &facts) && (!polar || add_polar(o, web));
+    bool ok = o && add_facts(o, file, &facts) && add_glare(o, file, web) && (!polar || add_polar(o, web));
     lum_web_unref(web);
     if (ok)
         return o;

@@ -1,5 +1,6 @@
 """Lamps with photometric files, through the daemon and by the command: read in the sandbox, told, dimmed, kept, rebuilt."""
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -60,6 +61,30 @@ class Photometry(unittest.TestCase):
         self.assertIn("downlight.ies: 877.7 lm by its intensities, 9.5 W", self.daemon.read_log())
         with self.assertRaises(RpcError):
             self.ws.call("photometry", {"id": "ceiling-panel"})
+
+    def test_glare_as_catalogues_print_it(self):
+        """Twice the lumens from the same opening are 8 lg 2 = 2.41 more, in all rooms."""
+        said = command("--ugr", os.path.join(FILES, "linear.ldt"))[0]
+        table = said["ugr_table"]
+        self.assertEqual((table["spacing_h"], len(table["rooms"]), len(table["reflectances"])), (0.25, 19, 5))
+        whole = {tuple(room["size_h"]): room for room in table["rooms"]}
+        self.assertEqual(said["ugr"], [whole[4, 8]["crosswise"][0], whole[4, 8]["endwise"][0]])
+        self.assertGreater(said["ugr"][0], said["ugr"][1] + 5, "its sides shine more than its ends")
+        with open(os.path.join(FILES, "linear.ldt"), encoding="latin-1") as f:
+            half = f.read().replace("3200,5", "1600,25")
+        with tempfile.NamedTemporaryFile("w", suffix=".ldt", encoding="latin-1") as f:
+            f.write(half)
+            f.flush()
+            dimmed = command("--ugr", f.name)[0]["ugr_table"]
+        for a, b in zip(table["rooms"], dimmed["rooms"], strict=True):
+            for view in ("crosswise", "endwise"):
+                for x, y in zip(a[view], b[view], strict=True):
+                    self.assertAlmostEqual(x - y, 8 * math.log10(2), places=4)
+        printed = subprocess.run([LUMEND, "photometry", "--ugr", os.path.join(FILES, "linear.ldt")], capture_output=True, text=True,
+                                 check=True).stdout
+        self.assertIn(f"{whole[12, 8]['endwise'][4]:.1f}\n", printed)
+        point = command("--ugr", os.path.join(FILES, "floodlight.ies"))[0]
+        self.assertEqual("ugr" in point, bool(point["ugr_table"]))
 
     def test_a_scene_keeps_its_lamps(self):
         self.apply(LAMP, {**LAMP, "id": "twin", "multiplier": 0.5, "roll_deg": 30, "direction": [1, -1, 0]})

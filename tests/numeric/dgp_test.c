@@ -1,6 +1,7 @@
 /* Glare by day against closed forms: the formula and its correction for little light; a sky that is the same
  * everywhere; the sun, a lamp, and a bright square of the sky, which are seen by lamps' samples or by the fisheye; a
  * pane before a lamp; and what noise makes of bright cells. */
+#include "core/measure/position_index.h"
 #include "core/measure/sensor.h"
 #include "tests/support/rig.h"
 

@@ -1,5 +1,6 @@
 /* What sensors say against closed forms: illuminance of planes and cylinders by a glance and by paths, the stated error
  * of a glance, the position index, UGR of one lamp; and that no thread changes a bit. */
+#include "core/measure/position_index.h"
 #include "core/measure/sensor.h"
 #include "tests/support/rig.h"
 
@@ -349,7 +350,7 @@ static void one_lamp_glares_as_the_formula_says(void **state)
     glance(&r, s);
     struct lum_sensor_result is = settle(&r, s, &(struct lum_meter_goal){0.004, 0.1, 1u << 20});
     double w = 4 * atan(a * a / (d * sqrt(2 * a * a + d * d))),
-           p = lum_position_index(lum_v3(0, 0, -1), lum_v3(0, 1, 0), towards(0, 20));
+           p = lum_position_index_ugr(lum_v3(0, 0, -1), lum_v3(0, 1, 0), towards(0, 20));
     double background = sky * (1 - w * cos(up) / PI);
     double want = 8 * log10(0.25 / background * l * l * w / (p * p));
     expect("background", &is.mean, background);

@@ -94,6 +94,8 @@ export interface PhotometryOfWeb {
     type: 'c' | 'b' | 'a';
     opening: 'point' | 'rectangle' | 'disc' | 'sphere';
     size: Vec3;
+    /** Crosswise, endwise; absent where the opening is a point. */
+    ugr?: readonly [number, number];
     planes: number;
     angles: number;
     polar_cd: Record<'gamma_deg' | 'c0' | 'c90' | 'c180' | 'c270', readonly number[]>;

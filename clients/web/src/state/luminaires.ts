@@ -26,6 +26,8 @@ export interface Facts {
     beamDeg: readonly [number, number];
     /** Of the opening, metres: along C 0, along C 90, height. */
     size: Vec3;
+    /** UGR in the room of catalogues: crosswise, endwise. null: it has no luminance, its opening is a point. */
+    ugr: readonly [number, number] | null;
     polar: Polar | null;
     warnings: readonly string[];
 }
@@ -35,18 +37,28 @@ const numbers = (v: Json | undefined): number[] => (Array.isArray(v) ? v.map((n)
 export function factsOf(told: JsonObject): Facts {
     const p = told.polar_cd;
     const [across = 0, along = 0] = numbers(told.beam_deg);
+    const glare = Array.isArray(told.ugr) && told.ugr.length === 2 ? told.ugr : null;
     return {
         name: stringOr(told.name, ''),
         fluxLm: numberOr(told.flux_lm, 0),
         watts: typeof told.watts === 'number' ? told.watts : null,
         beamDeg: [across, along],
         size: vec3Or(told.size, [0, 0, 0]),
+        ugr: glare ? [numberOr(glare[0], 0), numberOr(glare[1], 0)] : null,
         polar: isObject(p)
             ? { gammaDeg: numbers(p.gamma_deg), c0: numbers(p.c0), c90: numbers(p.c90), c180: numbers(p.c180), c270: numbers(p.c270) }
             : null,
         warnings: Array.isArray(told.warnings) ? told.warnings.filter((w) => typeof w === 'string') : [],
     };
 }
+
+/** As catalogues print it: of the room by which luminaires are compared. */
+export function glareText([crosswise, endwise]: readonly [number, number]): string {
+    const [a, b] = [crosswise.toFixed(1), endwise.toFixed(1)];
+    return a === b ? a : `${a} crosswise, ${b} endwise`;
+}
+
+export const GLARE_TITLE = 'Of a room of 4H × 8H that reflects 70, 50 and 20 %, full of these luminaires (CIE 190)';
 
 /** A closed curve of two opposite planes: down is where the lamp aims, 1 the largest intensity of all planes. */
 export function polarPath(polar: Polar, planes: 'c0' | 'c90'): string {

@@ -1,7 +1,7 @@
 import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
 import { number } from '../lib/format';
-import { stemOf, type Facts } from '../state/luminaires';
+import { GLARE_TITLE, glareText, stemOf, type Facts } from '../state/luminaires';
 import { useApp } from './context';
 import { Polar } from './Polar';
 
@@ -198,6 +198,12 @@ function Chosen({ asset }: { asset: string }) {
                     <dd>{beam(told)}</dd>
                     <dt>Opening</dt>
                     <dd>{opening(told)}</dd>
+                    {told.ugr && (
+                        <>
+                            <dt title={GLARE_TITLE}>UGR</dt>
+                            <dd title={GLARE_TITLE}>{glareText(told.ugr)}</dd>
+                        </>
+                    )}
                 </dl>
             </div>
             {told.warnings.map((w) => (

@@ -3,7 +3,7 @@ import { useEffect } from 'preact/hooks';
 import { number } from '../lib/format';
 import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
 import { fluxOf } from '../state/lights';
-import type { Facts } from '../state/luminaires';
+import { GLARE_TITLE, glareText, type Facts } from '../state/luminaires';
 import { useApp } from './context';
 import { NumberField } from './NumberField';
 import { Polar } from './Polar';
@@ -36,6 +36,12 @@ export function LuminaireFacts({ light }: { light: SceneRecord }) {
                         <dd>
                             {number(fluxOf(light) ?? told.fluxLm)} lm{told.watts === null ? '' : ` · ${number(told.watts)} W`}
                         </dd>
+                        {told.ugr && (
+                            <>
+                                <dt title={GLARE_TITLE}>UGR</dt>
+                                <dd title={GLARE_TITLE}>{glareText(told.ugr)}</dd>
+                            </>
+                        )}
                     </dl>
                 </div>
             )}
