@@ -17,8 +17,10 @@ from unittest import mock
 from daemon import Daemon
 
 PYTHON = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "clients", "python"))
-sys.path[:0] = [PYTHON, os.path.join(PYTHON, "examples")]
+SUPPORT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "support"))
+sys.path[:0] = [PYTHON, os.path.join(PYTHON, "examples"), SUPPORT]
 import even_light
+from exr import Exr
 import lumend
 import lumend.session
 from lumend.websocket import TEXT
@@ -83,6 +85,33 @@ class Scene(unittest.TestCase):
             self.session.apply([{"op": "set", "id": LAMP, "path": "/flux_lm", "value": float("nan")}])
         self.assertIn(LAMP, self.session.scene())
 
+    def test_scenes_are_files(self):
+        """Both kinds, opened by another daemon, are the scene: its edits and its lamps."""
+        with self.session.edit() as edit:
+            edit.add_light("key", kind="point", position=[0, 2.5, 0], flux_lm=800, cct_k=3000)
+        mine, folder = self.session.scene(), self.enterContext(tempfile.TemporaryDirectory())
+        for kind in ("jsonl", "glb"):
+            path = os.path.join(folder, f"room.{kind}")
+            self.session.save_scene(path)
+            self.assertEqual(os.listdir(folder), [f"room.{kind}"])
+            with Daemon("--scene", path) as again, lumend.connect(url_of(again)) as other:
+                below = "room/" if kind == "glb" else ""  # a model's records are below its name
+                theirs = {id.removeprefix(below): record for id, record in other.scene().items()}
+                for id in ("key", LAMP, "globe", "main"):
+                    for field in ("position", "flux_lm", "cct_k", "on", "vfov_deg"):
+                        self.assertEqual(theirs[id].get(field), mine[id].get(field), (kind, id, field))
+                if kind == "jsonl":
+                    self.assertEqual(theirs, mine)
+            os.remove(path)
+        self.session.undo()
+        with self.assertRaises(ValueError):
+            self.session.save_scene(os.path.join(folder, "room.obj"))
+        with self.assertRaises(FileNotFoundError):
+            self.session.save_scene(os.path.join(folder, "nowhere", "room.glb"))
+        with self.assertRaises(lumend.Disconnected):
+            self.session._socket.fetch("download/nothing", io.BytesIO())
+        self.assertEqual(os.listdir(folder), [])
+
     def test_another_session_sees_it(self):
         with lumend.connect(url_of(self.daemon)) as other:
             with self.session.edit() as edit:
@@ -118,6 +147,12 @@ class Pictures(unittest.TestCase):
             self.assertEqual(max(view.picture().luminance()), 0)
             with self.assertRaises(ValueError):
                 lit.save_png(os.path.join(folder, "no.png"))
+            lit.save_exr(os.path.join(folder, "lit.exr"))
+            saved = Exr(os.path.join(folder, "lit.exr"))
+            self.assertEqual((saved.width, saved.height), (96, 72))
+            for y, row in enumerate(saved.rows()):
+                for x in range(0, 96, 7):
+                    self.assertEqual(tuple(row[c][x] for c in "RGB"), lit.pixel(x, y), (x, y))
             with session.view(64, 48, spp=1) as small:
                 picture = small.picture(converged=False)
                 self.assertEqual((picture.width, picture.height, picture.linear), (64, 48, False))
@@ -129,6 +164,8 @@ class Pictures(unittest.TestCase):
                 self.assertEqual(picture.pixel(63, 47), tuple(picture.pixels[-4:-1]))
                 with self.assertRaises(IndexError):
                     picture.pixel(64, 0)
+                with self.assertRaises(ValueError):
+                    picture.save_exr(path)
 
     def test_tiles_come_together(self):
         canvas = Canvas()

@@ -4,6 +4,8 @@ import dataclasses
 import struct
 import zlib
 
+from lumend.exr import exr_file
+
 HEADER = struct.Struct("<4sBBHIIQQIIHHHHHHBBBBIHH")
 LAST_TILE, CONVERGED = 1, 4
 TILE, HDR_TILE = 1, 2
@@ -123,3 +125,10 @@ class Picture:
             for name, data in ((b"IHDR", struct.pack("!2I5B", self.width, self.height, 8, 6, 0, 0, 0)),
                                (b"IDAT", zlib.compress(rows)), (b"IEND", b"")):
                 file.write(struct.pack("!I", len(data)) + name + data + struct.pack("!I", zlib.crc32(name + data)))
+
+    def save_exr(self, path):
+        """Of a linear picture: R, G and B in cd/m2, linear Rec.709, as half floats."""
+        if not self.linear:
+            raise ValueError("a picture of a screen has no luminances: open the view with linear=True")
+        with open(path, "wb") as file:
+            file.write(exr_file(self.width, self.height, self.pixels))

@@ -4,7 +4,9 @@ A thread of its own reads what the server sends: pings are answered and frames a
 Methods may be called from any thread. Each waits at most `timeout_s`; what grows better while it waits (a picture, a
 sensor) so long for each next step.
 """
+import contextlib
 import json
+import os
 import threading
 import time
 from typing import Callable, Sequence
@@ -208,6 +210,25 @@ class Session:
     def ops(self) -> list[dict]:
         """The ops that rebuild the scene from nothing: one a line they are a scene file, after its header."""
         return self.call("scene.get", expand=False)["ops"]
+
+    def save_scene(self, path: str | os.PathLike) -> None:
+        """The scene with all edits, as a file that `lumend --scene` opens: `.jsonl`, lumend's own, or `.glb`, glTF with the lamps'
+        photometry in it, for other programs, too. Until it is whole the file stands beside, as `path.part`."""
+        kind, part = os.path.splitext(os.fspath(path))[1].lower(), f"{os.fspath(path)}.part"
+        if kind not in (".jsonl", ".glb"):
+            raise ValueError(f"{path}: scenes are saved as .jsonl or .glb")
+        try:
+            with open(part, "wb") as file:
+                if kind == ".glb":
+                    self._socket.fetch(self.call("scene.export")["get"], file)
+                else:
+                    for line in ({"lumend": 1, "kind": "scene"}, *self.ops()):
+                        file.write(json.dumps(line, allow_nan=False, separators=(",", ":")).encode() + b"\n")
+            os.replace(part, path)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.remove(part)
+            raise
 
     def edit(self, **members) -> _Edits:
         """`with session.edit() as edit: edit.set("key", flux_lm=400)`: one transaction, applied at the end of the block.

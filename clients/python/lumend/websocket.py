@@ -1,9 +1,11 @@
 """A WebSocket (RFC 6455) of a client, as far as lumend needs one: no extensions."""
 import base64
 import hashlib
+import http.client
 import io
 import os
 import re
+import shutil
 import socket
 import ssl
 import struct
@@ -63,6 +65,7 @@ class WebSocket:
             raise ValueError(f"{url} is not a URL as the server prints it: http://127.0.0.1:9460/#t=TOKEN")
         secure, host, port, path, self.project, self.token = parts.groups()
         port = port or ("443" if secure else "80")
+        self._address = (bool(secure), host.strip("[]"), int(port), path or "/", timeout_s, ca)
         if ca and not secure:
             raise ValueError(f"ca={ca} is for https, and this URL is of http")
         self._line = _line_to(host.strip("[]"), int(port), timeout_s)
@@ -94,6 +97,24 @@ class WebSocket:
         if not head.startswith(b"HTTP/1.1 101 ") or accept not in head.lower():
             status = head.split(b"\r\n")[0].decode(errors="replace")
             raise Disconnected(f"{host}:{port} does not speak lumend.v1: {status}")
+
+    def fetch(self, where, file):
+        """What `where`, below the server's address, has, written to a file that is open. On a line of its own."""
+        secure, host, port, path, timeout_s, ca = self._address
+        line = (http.client.HTTPSConnection(host, port, timeout=timeout_s, context=ssl.create_default_context(cafile=ca)) if secure
+                else http.client.HTTPConnection(host, port, timeout=timeout_s))
+        try:
+            line.request("GET", f"{path.rpartition('/')[0]}/{where}")
+            reply = line.getresponse()
+            if reply.status != 200:
+                raise Disconnected(f"{host}:{port} does not give {where.partition('/')[0]}: {reply.status} {reply.reason}")
+            shutil.copyfileobj(reply, file)
+            if reply.length:  # what it still owes
+                raise Disconnected(f"{host}:{port} stopped {reply.length} bytes before the end")
+        except (OSError, http.client.HTTPException) as error:
+            raise error if isinstance(error, Disconnected) else Disconnected(f"{host}:{port}: {error}") from None
+        finally:
+            line.close()
 
     def send(self, payload, kind=TEXT):
         n = len(payload)
