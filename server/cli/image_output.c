@@ -112,7 +112,22 @@ static bool add_illuminance(struct channels *c, const struct lum_film *film, flo
     return true;
 }
 
-enum lum_status lum_write_exr(const char *path, const struct lum_exr_output *o, struct lum_error *err)
+/* Where channels go: to a file, or else to tev. */
+struct sink {
+    const char *path, *name;
+    struct lum_tev *tev;
+    bool begin;
+};
+
+static enum lum_status give(const struct sink *sink, const struct lum_exr_output *o, const struct channels *c,
+                            struct lum_error *err)
+{
+    if (sink->path)
+        return lum_exr_write(sink->path, o->w, o->h, c->list, c->n, o->attributes, o->n_attributes, err);
+    return lum_tev_show(sink->tev, &(struct lum_tev_image){sink->name, sink->begin, o->w, o->h, c->list, c->n}, err);
+}
+
+static enum lum_status write_to(const struct sink *sink, const struct lum_exr_output *o, struct lum_error *err)
 {
     size_t n = (size_t)o->w * o->h;
     float *ids = o->aovs.instance ? lum_calloc(n, sizeof *ids) : NULL;
@@ -122,7 +137,7 @@ enum lum_status lum_write_exr(const char *path, const struct lum_exr_output *o, 
     if (!c.list || (o->aovs.instance && !ids) || !add_guidance(&c, o, maps) ||
         !add_errors(&c, "error", "Y", o->errors, 1.0, &errors) || !add_illuminance(&c, o->illuminance, &lux) ||
         !add_errors(&c, "illuminance", "error", o->illuminance_errors, LUM_PI_D, &lux_errors)) {
-        st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory to write %s", path);
+        st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory to write %s", sink->path ? sink->path : "to tev");
         goto done;
     }
     for (size_t i = 0; ids && i < n; i++)
@@ -131,7 +146,7 @@ enum lum_status lum_write_exr(const char *path, const struct lum_exr_output *o, 
     for (uint32_t i = 0; i < o->n_layers; i++)
         add_rgb(&c, o->layers[i].name, o->layers[i].pixels);
     add_aovs(&c, &o->aovs, ids);
-    st = lum_exr_write(path, o->w, o->h, c.list, c.n, o->attributes, o->n_attributes, err);
+    st = give(sink, o, &c, err);
 done:
     lum_free(c.list);
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
@@ -141,4 +156,15 @@ done:
     lum_free(lux_errors);
     lum_free(ids);
     return st;
+}
+
+enum lum_status lum_write_exr(const char *path, const struct lum_exr_output *o, struct lum_error *err)
+{
+    return write_to(&(struct sink){.path = path}, o, err);
+}
+
+enum lum_status lum_show_exr(struct lum_tev *tev, const char *name, bool begin, const struct lum_exr_output *o,
+                             struct lum_error *err)
+{
+    return write_to(&(struct sink){.name = name, .tev = tev, .begin = begin}, o, err);
 }

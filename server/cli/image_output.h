@@ -3,6 +3,7 @@
 #define LUM_SERVER_CLI_IMAGE_OUTPUT_H
 
 #include "core/image/exr.h"
+#include "server/cli/tev.h"
 #include "server/report/paint.h"
 
 LUM_MUST_USE enum lum_status lum_write_png(const char *path, const struct lum_png_output *output,
@@ -31,6 +32,10 @@ struct lum_exr_output {
  * (how often the pixel's samples were refined). */
 LUM_MUST_USE enum lum_status lum_write_exr(const char *path, const struct lum_exr_output *output,
                                            struct lum_error *err);
+
+/* The same channels, to tev: a new picture there where begin is set, else more of it. */
+LUM_MUST_USE enum lum_status lum_show_exr(struct lum_tev *tev, const char *name, bool begin,
+                                          const struct lum_exr_output *output, struct lum_error *err);
 
 /* The film's mean as an array; released with lum_free. NULL when memory is short. */
 struct lum_rgb *lum_film_pixels(const struct lum_film *film);

@@ -20,6 +20,7 @@
 #include "server/cli/render_notice.h"
 #include "server/cli/render_options.h"
 #include "server/cli/render_team.h"
+#include "server/cli/render_tev.h"
 #include "server/cli/team_scene.h"
 #include "server/director/caustic_notice.h"
 #include "server/farm/farm.h"
@@ -56,6 +57,7 @@ struct batch {
     const char *reading; /* the file that an error is about; NULL: none */
     bool line_open;      /* on the terminal */
     bool missed;         /* a frame is not within --error */
+    struct lum_render_tev tev;
 };
 
 static void log_to_stderr(void *user, int level, const char *component, const char *text)
@@ -195,6 +197,19 @@ static void show_progress(struct batch *b, uint32_t frame, const struct lum_pass
     fprintf(stderr, ", %.0f s%s", (double)(now - b->progress.start_ns) * 1e-9, b->progress.tty ? "   " : "\n");
 }
 
+static enum lum_status write_exr(struct batch *b, const char *path, struct lum_error *err);
+
+/* To tev: first with all channels, then what gets better. */
+static enum lum_status show_so_far(struct batch *b, struct lum_error *err)
+{
+    if (b->tev.begun)
+        return lum_render_tev_film(&b->tev, lum_view_film(b->view), err);
+    enum lum_status st = write_exr(b, NULL, err);
+    lum_free(b->beauty);
+    b->beauty = NULL; /* it is not the last */
+    return st;
+}
+
 /* Passes until there are enough; adds to the frame's statistics. ret_last: of the picture that they left. */
 static enum lum_status render_passes(struct batch *b, uint32_t frame, const struct lum_view_budget *budget,
                                      struct lum_pass_stats *ret_last, struct lum_error *err)
@@ -210,6 +225,8 @@ static enum lum_status render_passes(struct batch *b, uint32_t frame, const stru
         double spent_ms = lum_render_spent_ms(b->team, start, ret_last);
         lum_budget_note(&b->watch, budget, &b->settings, ret_last, spent_ms);
         show_progress(b, frame, ret_last);
+        if (lum_render_tev_due(&b->tev, frame, &b->options) && (st = show_so_far(b, err)))
+            return st;
         lum_render_tell_expected(&b->options, frame, &b->watch, &told);
     } while (!b->watch.stopped_by);
     lum_render_compare_films(b->team, lum_view_film(b->view), "the picture");
@@ -325,7 +342,7 @@ static bool render_picture(struct batch *b, uint32_t frame, struct lum_proto_err
     return !st || core_failed(&e, err);
 }
 
-/* The file's attributes, and the file. */
+/* The file's attributes, and the file. path NULL: to tev. */
 static enum lum_status write_layers(struct batch *b, const char *path, struct lum_exr_output *out,
                                     struct lum_error *err)
 {
@@ -343,14 +360,15 @@ static enum lum_status write_layers(struct batch *b, const char *path, struct lu
         out->beauty = b->beauty;
         out->attributes = attributes;
         out->n_attributes = LUM_ARRAY_LEN(attributes);
-        st = lum_write_exr(path, out, err);
+        st = path ? lum_write_exr(path, out, err) : lum_render_tev_put(&b->tev, out, err);
     } else {
-        st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory to write %s", path);
+        st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory to write %s", path ? path : "to tev");
     }
     free(stats);
     return st;
 }
 
+/* path NULL: to tev. */
 static enum lum_status write_exr(struct batch *b, const char *path, struct lum_error *err)
 {
     struct lum_exr_output out = {.w = b->settings.w, .h = b->settings.h, .layers = b->layers, .n_layers = b->n_layers};
@@ -374,33 +392,6 @@ static enum lum_status write_exr(struct batch *b, const char *path, struct lum_e
     return st;
 }
 
-static void tell_legend(const char *name, const struct lum_overlay *o)
-{
-    const struct lum_scale *s = &o->scale;
-    if (strcmp(name, "none") == 0)
-        return;
-    if (!o->classes) {
-        fprintf(stderr, "lumend render: there is no map '%s': of this picture it is not known\n", name);
-        return;
-    }
-    if (s->smooth)
-        printf("colours of %s, %s, %s from %g to %g:\n", name, o->unit, lum_scale_kind_names[s->kind], s->min, s->max);
-    else
-        printf("colours of %s, %s:\n", name, o->unit);
-    for (uint32_t i = 0; s->smooth && i < s->n_limits; i++) {
-        const uint8_t *c = s->colors[lum_scale_color(s, s->limits[i])];
-        printf("  #%02x%02x%02x at %g\n", c[0], c[1], c[2], s->limits[i]);
-    }
-    for (uint32_t i = 0; !s->smooth && i < s->n_colors; i++) {
-        printf("  #%02x%02x%02x", s->colors[i][0], s->colors[i][1], s->colors[i][2]);
-        if (i > 0)
-            printf(" from %g", s->limits[i - 1]);
-        if (i < s->n_limits)
-            printf(" below %g", s->limits[i]);
-        putchar('\n');
-    }
-}
-
 /* Nothing where --overlay is not given. */
 static enum lum_status make_overlay(struct batch *b, struct lum_overlay *overlay, struct lum_error *err)
 {
@@ -422,7 +413,7 @@ static enum lum_status write_png(struct batch *b, const char *path, struct lum_e
     if (!st)
         st = make_overlay(b, &overlay, err);
     if (!st && o->overlay)
-        tell_legend(o->overlay, &overlay);
+        lum_render_tell_legend(o->overlay, &overlay);
     const struct lum_png_output out = {.film = film,
                                        .display = {.ev100 = ev.set ? ev.value : lum_exposure_auto(film), .tone = tone},
                                        .overlay = &overlay,
@@ -458,6 +449,8 @@ static bool write_image(struct batch *b, uint32_t frame, struct lum_proto_error 
         st = write_exr(b, path, &e);
     else
         st = write_png(b, path, &e);
+    if (!st && b->tev.line)
+        st = write_exr(b, NULL, &e);
     return !st || core_failed(&e, err);
 }
 
@@ -527,6 +520,8 @@ static bool set_up(struct batch *b, struct lum_proto_error *err)
     if (lum_world_init(&b->world, o->threads, o->isa, &log, &e))
         return core_failed(&e, err);
     b->world.deterministic = o->deterministic || b->team; /* what each rank does must not depend on who is faster */
+    if (!b->quiet && lum_render_tev_begin(&b->tev, o, &e))
+        return core_failed(&e, err);
     b->reading = o->scene;
     if (!lum_team_scene_load(b->team, &b->world, o->scene, &b->import, &b->told.scene_bytes, err))
         return false;
@@ -589,6 +584,7 @@ int lum_cmd_render(int argc, char **argv)
     lum_view_destroy(b.view);
     lum_view_destroy(b.meter);
     lum_ops_finish(&b.edits);
+    lum_tev_close(b.tev.line);
     lum_world_finish(&b.world);
     lum_farm_leave(b.team);
     return !ok ? LUM_EXIT_FAILED : b.missed ? LUM_EXIT_MISSED : LUM_EXIT_OK;

@@ -1,6 +1,7 @@
 #include "server/cli/render_notice.h"
 
 #include <stdio.h>
+#include <string.h>
 
 /* Not refused: a script may go through all methods with the same options. */
 void lum_render_tell_unused(const struct lum_render_options *o, const struct lum_method *method)
@@ -27,4 +28,31 @@ void lum_render_tell_unseen_lamps(const struct lum_snapshot *s)
             "lumend render: %u lamps without an extent are in no picture: light at an eye that is summed up from it "
             "lacks what comes straight from them\n",
             n);
+}
+
+void lum_render_tell_legend(const char *name, const struct lum_overlay *o)
+{
+    const struct lum_scale *s = &o->scale;
+    if (strcmp(name, "none") == 0)
+        return;
+    if (!o->classes) {
+        fprintf(stderr, "lumend render: there is no map '%s': of this picture it is not known\n", name);
+        return;
+    }
+    if (s->smooth)
+        printf("colours of %s, %s, %s from %g to %g:\n", name, o->unit, lum_scale_kind_names[s->kind], s->min, s->max);
+    else
+        printf("colours of %s, %s:\n", name, o->unit);
+    for (uint32_t i = 0; s->smooth && i < s->n_limits; i++) {
+        const uint8_t *c = s->colors[lum_scale_color(s, s->limits[i])];
+        printf("  #%02x%02x%02x at %g\n", c[0], c[1], c[2], s->limits[i]);
+    }
+    for (uint32_t i = 0; !s->smooth && i < s->n_colors; i++) {
+        printf("  #%02x%02x%02x", s->colors[i][0], s->colors[i][1], s->colors[i][2]);
+        if (i > 0)
+            printf(" from %g", s->limits[i - 1]);
+        if (i < s->n_limits)
+            printf(" below %g", s->limits[i]);
+        putchar('\n');
+    }
 }

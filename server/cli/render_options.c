@@ -121,6 +121,17 @@ READ(read_isolines)
     return LUM_OK;
 }
 
+READ(read_tev)
+{
+    struct lum_render_options *o = options;
+    char here[32];
+    snprintf(here, sizeof here, "127.0.0.1:%.16s", text);
+    enum lum_status st = lum_address_parse(given, strchr(text, ':') ? text : here, &o->tev, err);
+    if (!st && o->tev.port == 0)
+        st = lum_fail(err, LUM_ERR_INVALID, row->name, "%s needs a port, such as tev's own, 14158", given);
+    return st;
+}
+
 /* MIN..MAX, either of which may be left out. */
 READ(read_range)
 {
@@ -260,6 +271,9 @@ static const struct lum_option_row rows[] = {
     {"deterministic", SWITCH(deterministic), .help = "the same pixels, bit for bit, for any number of threads"},
     {"assets", "DIR", TEXT(assets), .help = "where imported files are looked for (default: beside the scene)"},
     {"stats", "FILE.json", TEXT(stats), .help = "what each frame cost"},
+    {"tev", "[HOST:]PORT", OTHER(read_tev, tev), .help =
+        "shows pictures while they are made in tev, a viewer of HDR images that listens there (it does so\n"
+        "at 14158 of this machine): in cd/m2, with all channels of an .exr"},
     {"help", SWITCH(help), .help = "prints this"},
 };
 /* clang-format on */

@@ -9,6 +9,7 @@
 #include "core/film/false_color.h"
 #include "core/method/method.h"
 #include "protocol/record/record.h"
+#include "server/net/address.h"
 
 struct lum_render_options {
     /* as given, borrowed from argv; NULL: not given */
@@ -35,6 +36,7 @@ struct lum_render_options {
     bool has_false_color;   /* one of these was given */
     bool illuminance;       /* a layer of an .exr */
     bool legend;            /* the scale is part of the picture */
+    struct lum_address tev; /* host "": not given */
 };
 
 /* A failure here is a usage error; err->field names the option. */
