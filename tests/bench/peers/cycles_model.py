@@ -2,7 +2,11 @@
 
 Punctual lights are brought to the unit of emission, candela and lux as they are, from which Blender's importer divides. Writes
 OUT/cycles-SPP.exr and OUT/cycles.json: CPU seconds of each render, and of one of a single pixel, which is what reading the
-scene into Cycles and building its tree costs. See race.py."""
+scene into Cycles and building its tree costs. See race.py.
+
+A camera `card:X0,Y,Z0,X1,Z1` (glTF's axes, metres) looks down on a card of white paper at that height which no other light meets
+than that of the camera's rays, so that the picture is illuminance / pi of its cells: columns along x, rows along z. See
+measure.py."""
 import json
 import math
 import os
@@ -70,6 +74,31 @@ def fix_materials(records):
                 shine_in_front(material.node_tree, shader)
 
 
+def lay_card(x0, y, z0, x1, z1):
+    """Returns a camera that sees all of it and no more."""
+    middle = ((x0 + x1) / 2, -(z0 + z1) / 2, y)  # Blender's z is up
+    bpy.ops.mesh.primitive_plane_add(size=1, location=middle)
+    card = bpy.context.object
+    card.scale = (x1 - x0, z1 - z0, 1)
+    card.visible_diffuse = card.visible_glossy = card.visible_transmission = card.visible_shadow = False
+    card.visible_volume_scatter = False
+    paper = bpy.data.materials.new("paper")
+    paper.use_nodes = True
+    paper.node_tree.nodes.clear()
+    shader = paper.node_tree.nodes.new("ShaderNodeBsdfDiffuse")
+    shader.inputs["Color"].default_value = (1, 1, 1, 1)
+    end = paper.node_tree.nodes.new("ShaderNodeOutputMaterial")
+    paper.node_tree.links.new(shader.outputs[0], end.inputs["Surface"])
+    card.data.materials.append(paper)
+    camera = bpy.data.objects.new("card", bpy.data.cameras.new("card"))
+    bpy.context.scene.collection.objects.link(camera)
+    camera.location = (middle[0], middle[1], y + 0.02)  # above it nothing is in the way
+    camera.data.type = "ORTHO"
+    camera.data.sensor_fit = "HORIZONTAL"
+    camera.data.ortho_scale = x1 - x0
+    return camera
+
+
 for o in list(bpy.data.objects):
     bpy.data.objects.remove(o)
 renamed = os.path.join(out, "model.glb")
@@ -78,7 +107,10 @@ bpy.ops.import_scene.gltf(filepath=renamed)
 fix_lights()
 fix_materials(gltf.get("materials", []))
 s = bpy.context.scene
-cameras = [o for o in bpy.data.objects if o.type == "CAMERA" and o.name.endswith(camera_end)]
+if camera_end.startswith("card:"):
+    cameras = [lay_card(*map(float, camera_end[5:].split(",")))]
+else:
+    cameras = [o for o in bpy.data.objects if o.type == "CAMERA" and o.name.endswith(camera_end)]
 if not cameras:
     raise SystemExit(f"cycles_model: no camera {camera_end}; there are {[o.name for o in bpy.data.objects if o.type == 'CAMERA']}")
 s.camera = cameras[0]
