@@ -21,12 +21,12 @@ static cJSON *whole(cJSON *o, bool ok)
     return NULL;
 }
 
-/* The first field that differs, NULL: none does. */
+/* The first field that differs, NULL: none does. Of a record that became one of another type: that. */
 static const char *field_of(const struct lum_change *c)
 {
     const struct lum_fields *fields = lum_fields_of(c->after->type);
     if (c->before->type != c->after->type)
-        return NULL;
+        return "type";
     for (size_t i = 0; i < fields->n; i++)
         if (!lum_field_equal(&fields->fields[i], lum_record_body(c->before), lum_record_body(c->after)))
             return fields->fields[i].name;

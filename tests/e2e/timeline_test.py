@@ -61,6 +61,14 @@ class Timeline(unittest.TestCase):
             self.assertTrue(began - 1000 <= at[0] <= at[1] <= at[2] <= at[3] <= time.time() * 1000 + 1000, (began, at))
             self.assertEqual(self.moments(ann, since_rev=rev), moments[1:])
 
+    def test_an_id_that_is_of_another_type_now(self):
+        with Daemon() as daemon:
+            ann = join(daemon, "ann")
+            ann.call("scene.apply", {"ops": [LAMP]})
+            for op in ({"op": "remove", "id": "lamp"}, {"op": "add", "type": "material", "id": "lamp"}):
+                ann.call("scene.apply", {"ops": [op], "undo_group": "one"})  # not in one transaction: that is refused
+            self.assertEqual(self.moments(ann)[-1]["changes"], [["set", "lamp", "type"]])
+
     def test_back_and_on_and_undone(self):
         with Daemon() as daemon:
             ann, bob = join(daemon, "ann"), join(daemon, "bob")

@@ -56,6 +56,9 @@ test('one of the luminaires is hung from the list, and made into twelve', async 
     await page.getByRole('button', { name: 'Hang under the ceiling' }).click();
     await row(page, 'linear').locator('.light-details').waitFor();
     assert.ok((await numbers('linear', 'Y'))[0] > 2.6, 'under the ceiling');
+    const white = () => tab.watch.sent.filter((m) => m.method === 'view.update' && m.params.white_balance_k).map((m) => m.params.white_balance_k);
+    await eventually(() => white().length > 0, () => 'the first lamp is not what the eye comes to');
+    assert.ok(white()[0] > 3000 && white()[0] < 6504, `${white()[0]} K`);
     await page.getByRole('button', { name: 'Rows…' }).click();
     await page.getByRole('button', { name: 'Spread over the floor' }).click();
     await page.getByRole('switch', { name: 'Group linear on' }).waitFor();

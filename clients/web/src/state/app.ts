@@ -19,7 +19,7 @@ import { Follower } from './follow';
 import { Imports } from './imports';
 import { Lamps } from './lamps';
 import { Library } from './library';
-import { adaptedKelvin, isLamp } from './lights';
+import { adaptedKelvin, isLamp, isOn } from './lights';
 import { factsOf, type Facts } from './luminaires';
 import { isSoloed } from './many';
 import { LuxMeter } from './luxmeter';
@@ -139,6 +139,8 @@ export class App {
     private picture: Picture | null = null;
     private acked = { seq: 0, arrivedAt: 0 };
     private cameraChosen = false;
+    /** No lamp shone yet since the view opened. */
+    private adapts = false;
     private awaitedEdit: { rev: number; sentAt: number } | null = null;
     /** Shapes are shown because there is no light. */
     private shaped = false;
@@ -251,6 +253,18 @@ export class App {
 
     private lamped(): SceneRecord[] {
         return this.scene.lamps.value.map((id) => this.scene.record(id)).filter((l) => l !== undefined);
+    }
+
+    /** Once: lamps that change their colour are seen to. Where none shines yet, the first that does is what the eye comes to. */
+    private adapt(): void {
+        const lit = this.lamped().some(isOn);
+        this.adapts = !lit;
+        if (lit) this.view.change({ whiteBalance: adaptedKelvin(this.lamped()) });
+    }
+
+    chooseWhite(whiteBalance: number | null): void {
+        this.adapts = false;
+        this.view.change({ whiteBalance });
     }
 
     private lights(): SceneRecord[] {
@@ -485,7 +499,7 @@ export class App {
             if (this.sharing.waits) await this.learn(rpc);
             if (!this.sharing.apply() && !this.cameraChosen) {
                 this.goHome();
-                this.view.change({ whiteBalance: adaptedKelvin(this.lamped()) }); // once: lamps that change their colour are seen to
+                this.adapt();
             }
             this.cameraChosen = true;
             this.pastChanged.value++;
@@ -521,6 +535,7 @@ export class App {
         try {
             await this.follower.follow(changed);
             this.forgetGone();
+            if (this.adapts) this.adapt();
         } catch (error) {
             this.report(error as Error);
         }

@@ -134,7 +134,7 @@ function WhiteBalance() {
         const known = kelvinOfAll(app.scene.lamps.value.map((id) => app.scene.record(id)).filter((lamp) => lamp !== undefined));
         return known === null ? null : Math.min(MOST_K, Math.max(LEAST_K, known));
     }).value; // a lamp that moves, or is dimmed with all others, draws nothing anew
-    const set = (whiteBalance: number | null): void => app.view.change({ whiteBalance });
+    const set = (whiteBalance: number | null): void => app.chooseWhite(whiteBalance);
     return (
         <div class="exposure">
             <div class="line">
