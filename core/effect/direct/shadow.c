@@ -36,6 +36,24 @@ static void visit_pixel(const struct lum_pass *pass, uint32_t tile, uint32_t slo
                       lum_sampler_at(r.x + slot % r.w, r.y + slot / r.w, 0, pass->settings->seed).pixel_seed);
 }
 
+/* A matte pixel that does not shine, as the eye saw it: nothing of it has to be looked up. False: it is no such one. */
+static bool visit_matte(const struct lum_pass *pass, uint32_t slot, uint32_t x, uint32_t y, struct lum_vec3 d,
+                        struct lum_vertices *vertices)
+{
+    const struct lum_surfaces *s = pass->surfaces;
+    const uint32_t others = LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR | LUM_PIXEL_SHINES | LUM_PIXEL_SHEET;
+    size_t pixel = (size_t)y * pass->tiling.w + x;
+    if (!s || !(s->kind[pixel] & LUM_PIXEL_DIFFUSE) || (s->kind[pixel] & others))
+        return false;
+    struct lum_bsdf *b = &vertices->bsdf[vertices->n];
+    *b = lum_bsdf_white(s->n[pixel], s->ng[pixel]);
+    b->diffuse = s->albedo[pixel];
+    b->alpha = 0.0f; /* which is that of gloss */
+    lum_vertices_push(vertices, slot, s->p[pixel], lum_v3_neg(d),
+                      lum_sampler_at(x, y, 0, pass->settings->seed).pixel_seed);
+    return true;
+}
+
 /* True when no light is kept in layers, so that a surface which does not shine has nothing to add. */
 static bool only_shine_counts(const struct lum_pass *pass)
 {
@@ -59,8 +77,11 @@ static void shadow_tile(const struct lum_pass *pass, uint32_t tile, struct lum_c
     bool only_shine = only_shine_counts(pass);
     for (uint32_t i = 0; i < r.w * r.h; i++) {
         uint32_t x = r.x + i % r.w, y = r.y + i / r.w;
-        if (!only_shine || pass->surfaces->kind[(size_t)y * pass->tiling.w + x] & LUM_PIXEL_SHINES)
-            visit_pixel(pass, tile, i, lum_center_direction(pass, x, y), &vertices);
+        if (only_shine && !(pass->surfaces->kind[(size_t)y * pass->tiling.w + x] & LUM_PIXEL_SHINES))
+            continue;
+        struct lum_vec3 d = lum_center_direction(pass, x, y);
+        if (!visit_matte(pass, i, x, y, d, &vertices))
+            visit_pixel(pass, tile, i, d, &vertices);
     }
     if (pass->settings->max_depth > 0)
         lum_layers_light(pass, tile, &vertices, LUM_LAYER_DIRECT, counters);

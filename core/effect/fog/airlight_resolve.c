@@ -177,6 +177,24 @@ static void sum_pixel(const struct lum_pass *pass, const struct slots *s, size_t
     media->smooth[pixel] = sum[1];
 }
 
+/* Pixels of a cell in a row: pair by pair, so that what is kept of one is at hand. */
+static void resolve_row(const struct lum_pass *pass, const struct slots *slots, const struct around *around,
+                        uint32_t x0, uint32_t n, uint32_t y)
+{
+    struct lum_airlights *kept = lum_airlights_of(pass);
+    struct window win[LUM_CELL_SIDE];
+    size_t first = (size_t)y * pass->tiling.w + x0;
+    for (uint32_t i = 0; i < n && slots->n_stale > 0; i++)
+        win[i] = window_at(pass, around, x0 + i, y);
+    for (uint32_t k = 0; k < slots->n_stale; k++) {
+        struct lum_airlight *of_pair = lum_airlight_at(kept, slots->stale[k].slot, first);
+        for (uint32_t i = 0; i < n; i++)
+            of_pair[i].resolved = resolve_pixel(pass, &slots->stale[k], &win[i], x0 + i, y);
+    }
+    for (uint32_t i = 0; i < n; i++)
+        sum_pixel(pass, slots, first + i);
+}
+
 static void resolve_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
     (void)counters;
@@ -188,16 +206,7 @@ static void resolve_cell(const struct lum_pass *pass, uint32_t cell, struct lum_
     struct around around;
     look_around(&around, pass, r, 1);
     for (uint32_t y = r.y; y < r.y + r.h; y++)
-        for (uint32_t x = r.x; x < r.x + r.w; x++) {
-            size_t pixel = (size_t)y * pass->tiling.w + x;
-            struct window win = {.n = 0};
-            if (slots.n_stale > 0)
-                win = window_at(pass, &around, x, y);
-            for (uint32_t i = 0; i < slots.n_stale; i++)
-                lum_airlight_at(kept, slots.stale[i].slot, pixel)->resolved =
-                    resolve_pixel(pass, &slots.stale[i], &win, x, y);
-            sum_pixel(pass, &slots, pixel);
-        }
+        resolve_row(pass, &slots, &around, r.x, r.w, y);
     for (uint32_t i = 0; i < slots.n_stale; i++)
         lum_memo_set(&kept->made, lum_airlight_item(kept, slots.stale[i].slot, cell), LUM_AIRLIGHT_RESOLVED);
 }
