@@ -67,6 +67,7 @@ void lum_view_destroy(struct lum_view *view)
     drop_buffers(view);
     lum_path_guide_destroy(view->guide);
     lum_measure_finish(&view->measurement);
+    lum_measure_finish(&view->rough_measurement);
     lum_caches_destroy(view->own_caches);
     lum_free(view->counters);
     lum_free(view);
@@ -104,12 +105,14 @@ enum lum_status lum_view_error_map(const struct lum_view *view, struct lum_error
     if (status != LUM_OK)
         return status;
     bool own = isfinite(view->error.bound); /* its own samples tell */
+    bool rough = view->previewed && lum_view_least_spp(view->tile_spp, view->tiling.n) == 0;
+    const struct lum_measurement *shown = rough ? &view->rough_measurement : &view->measurement;
     if (own && view->settings.method->refines)
         lum_residual_add_errors(view->refinement.memory, ret_map);
     else if (own)
         lum_error_map_add_halves(ret_map, &view->film);
-    else if (view->measurement.probes)
-        lum_error_probes_add_errors(view->measurement.probes, &view->film, ret_map);
+    else if (shown->probes)
+        lum_error_probes_add_errors(shown->probes, &view->film, ret_map);
     lum_error_map_settle(ret_map);
     return LUM_OK;
 }
@@ -199,7 +202,10 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
         v->previewed = false;
         v->error = LUM_FILM_ERROR_UNKNOWN;
         forget_noise(v);
-        lum_measure_begin(&v->measurement, v->rendered && lum_view_same_error(&v->settings, pass->settings));
+        bool alike = v->rendered && lum_view_same_error(&v->settings, pass->settings);
+        lum_measure_begin(&v->measurement, alike);
+        lum_measure_begin(&v->rough_measurement, alike && v->settings.preview == pass->settings->preview &&
+                                                     v->settings.preview_eased == pass->settings->preview_eased);
     }
     v->versions = *now;
     v->settings = *pass->settings;
@@ -469,6 +475,20 @@ static struct lum_film_error known_error(const struct lum_view *v, const struct 
     return *probed;
 }
 
+/* Of the picture that the pass made or bettered, in a share of its time. A rough one is seen without the edges and the
+ * samples that it will have: those are what it is compared with. */
+static void measure(struct lum_view *v, const struct lum_pass *pass, const struct lum_stage_runner *runner,
+                    int64_t begin_ns, bool first)
+{
+    bool rough = runner->stats->preview > 1;
+    uint64_t rays = traced(v);
+    for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
+        rays += runner->stats->rays[k]; /* of a rough picture's own view */
+    if (pass->settings->error_share > 0.0 && (rough || !isfinite(v->error.bound)))
+        lum_measure_share(rough ? &v->rough_measurement : &v->measurement, pass, v->chosen.on,
+                          (struct lum_measure_cost){rays, (double)(lum_clock_ns() - begin_ns) * 1e-6, first}, runner);
+}
+
 /* All is known of the picture's error that is wanted. */
 static bool is_measured(const struct lum_view *v, const struct lum_view_settings *s)
 {
@@ -506,11 +526,8 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
             status = run_refinement(view, &pass, &runner);
         else
             status = run_frame(view, &pass, &runner, err);
-        bool rough = stats.preview > 1; /* what comes next is seen at once */
-        if (status == LUM_OK && !rough && settings->error_share > 0.0 && !isfinite(view->error.bound))
-            lum_measure_share(
-                &view->measurement, &pass, view->chosen.on,
-                (struct lum_measure_cost){traced(view), (double)(lum_clock_ns() - begin_ns) * 1e-6, spp == 0}, &runner);
+        if (status == LUM_OK)
+            measure(view, &pass, &runner, begin_ns, spp == 0);
         sum_counters(view, &stats);
         spp = view_spp(view, method);
     } else if (!is_measured(view, settings)) {
@@ -524,7 +541,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     stats.complete = max_spp > 0 && spp >= max_spp && !owed && is_measured(view, settings);
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         stats.effects[e].noise = view->noise[e];
-    stats.error = known_error(view, &pass, spp);
+    stats.error = stats.preview > 1 ? view->rough_measurement.error : known_error(view, &pass, spp);
     stats.unlit = spp > 0 && !isfinite(stats.error.bound) && lum_film_is_black(&view->film);
     stats.noise = noise_of(view, method);
     stats.cpu_ms = (double)(lum_pool_cpu_ns(view->pool) - begin_cpu_ns) * 1e-6;

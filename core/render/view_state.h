@@ -41,6 +41,7 @@ struct lum_view {
                    at once */
     struct lum_film_error error; /* as the picture's own samples tell it, when the halves were last even */
     struct lum_measurement measurement;
+    struct lum_measurement rough_measurement; /* of rough pictures, which are off by more than whole ones */
     struct lum_versions versions;
     struct lum_view_settings settings;
     struct lum_demand demand; /* of versions */

@@ -136,10 +136,9 @@ static struct lum_frame_header frame_header(const struct lum_server_view *v, str
                                  .downscale = (uint8_t)v->want.downscale,
                                  .error = error_field(v),
                                  .spp = (uint16_t)(v->last_pass.spp < 65535 ? v->last_pass.spp : 65535)};
-    uint32_t detail = v->settings.method->progressive ? v->last_pass.preview : v->last_pass.preview / LUM_PREVIEW_WHOLE;
-    while (1u << h.downscale < detail)
-        h.downscale++; /* a rough pass of paths has no more detail than that, others have that of all surfaces that they
-                          saw */
+    if (v->settings.method->progressive)
+        while (1u << h.downscale < v->last_pass.preview)
+            h.downscale++; /* a rough pass of paths has no more detail than that, others have that of all surfaces */
     if (final) {
         h.flags |= LUM_FRAME_CONVERGED;
         h.downscale = 0;

@@ -15,9 +15,11 @@
 #define SHARE 0.05 /* of the rays of a picture, for its error: what views have */
 
 enum { MAX_SEEDS = 30, QUICK_SEEDS = 1, STEPS = 6, REST_SPP = 16, STOP_SPP = 256, MAX_READINGS = MAX_SEEDS * 8 };
-#define STOP 0.5 /* of the first frame's error, what a picture is to be stopped at */
-enum when { FIRST, MOVED, REST, STOPPED, WHENS };
-static const char *const when_names[] = {[FIRST] = "first", [MOVED] = "moving", [REST] = "rest", [STOPPED] = "stopped"};
+#define STOP 0.5      /* of the first frame's error, what a picture is to be stopped at */
+#define ROUGH_SIDE 8u /* of blocks: what views have while nothing is known of their time */
+enum when { FIRST, MOVED, ROUGHLY, REST, STOPPED, WHENS };
+static const char *const when_names[] = {
+    [FIRST] = "first", [MOVED] = "moving", [ROUGHLY] = "rough", [REST] = "rest", [STOPPED] = "stopped"};
 
 /* Of a scene, a method and a moment. */
 struct readings {
@@ -91,7 +93,7 @@ static bool measure_first(struct rig *rig, struct lum_view *view)
     return true;
 }
 
-static bool measure_moved(struct rig *rig, struct lum_view *view)
+static bool measure_motion(struct rig *rig, struct lum_view *view, enum when when)
 {
     struct lum_camera camera = rig->at.settings.camera;
     struct lum_pass_stats stats;
@@ -102,7 +104,21 @@ static bool measure_moved(struct rig *rig, struct lum_view *view)
     }
     rig->at.settings.camera = camera;
     if (ok)
-        note_reading(rig, view, &stats, MOVED);
+        note_reading(rig, view, &stats, when);
+    return ok;
+}
+
+static bool measure_moved(struct rig *rig, struct lum_view *view)
+{
+    return measure_motion(rig, view, MOVED);
+}
+
+/* A drag of which nothing but rough pictures are seen. */
+static bool measure_rough(struct rig *rig, struct lum_view *view)
+{
+    rig->at.settings.preview = ROUGH_SIDE;
+    bool ok = measure_motion(rig, view, ROUGHLY);
+    rig->at.settings.preview = 0;
     return ok;
 }
 
@@ -196,7 +212,7 @@ static bool measure_method(struct rig *rig, struct lum_bench_table *table)
     rig->at.settings.method = rig->method;
     for (uint32_t seed = 0; seed < n_seeds; seed++) {
         rig->at.settings.seed = seed;
-        if (!measure(rig, measure_first) || !measure(rig, measure_moved))
+        if (!measure(rig, measure_first) || !measure(rig, measure_moved) || !measure(rig, measure_rough))
             return false;
     }
     for (uint32_t seed = 0; seed < n_seeds && lum_method_adds_samples(rig->method); seed++) {

@@ -55,14 +55,16 @@ static struct lum_view_settings *add_way(struct rig *rig, uint32_t side, const c
 /* Each setting alone, rough passes alone, and both: what else is there once a picture is rough. */
 static void list_ways(struct rig *rig, const struct lum_method *method)
 {
-    static const uint32_t sides[] = {1, 2, 4, 8};
+    static const uint32_t sides[] = {1, 2, 4, 8, LUM_PREVIEW_WHOLE, LUM_PREVIEW_MAX};
     rig->at.settings.method = method;
     rig->n_ways = 0;
     memset(rig->ways, 0, sizeof rig->ways);
     for (size_t i = 0; i < LUM_ARRAY_LEN(sides); i++) {
         uint32_t side = sides[i];
         add_way(rig, side, "");
-        if (side == 2)
+        if (side > LUM_PREVIEW_WHOLE && method->progressive)
+            break;
+        if (side == 2 || side >= LUM_PREVIEW_WHOLE)
             continue;
         if (lum_method_counts_vpls(method))
             add_way(rig, side, "VPLs / 4")->n_vpls /= 4;

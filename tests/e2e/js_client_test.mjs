@@ -176,6 +176,13 @@ test('tiles come together with the last of their frame', async () => {
     assert.deepEqual([...canvas.picture(null).rgba()], [...row, ...row]);
 });
 
+test('of tiles with fewer pixels each covers a square, but for what is beyond the edge', async () => {
+    const canvas = new inside.Canvas();
+    canvas.take(await tile({ w: 3, h: 3, fullW: 3, fullH: 3, downscale: 1 }, Buffer.from([0, 1, 2, 3].flatMap((v) => [v, v, v, v]))));
+    const pixels = canvas.picture(null).rgba().filter((_, i) => i % 4 === 0);
+    assert.deepEqual([...pixels], [0, 0, 1, 0, 0, 1, 2, 2, 3]);
+});
+
 test('half floats of all kinds are read', async () => {
     const canvas = new inside.Canvas();
     const halves = [0x3c00, 0xc000, 0x7bff, 0x3c00, 0x0001, 0x0400, 0x3555, 0x3c00]; // 1, -2, the largest; the least, the least normal, a third

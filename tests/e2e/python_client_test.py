@@ -33,9 +33,9 @@ def url_of(daemon, token=None):
     return f"http://{daemon.host}:{daemon.port}/#t={daemon.token if token is None else token}"
 
 
-def tile(flags=1, frame=1, codec=0, x=0, y=0, w=2, h=2, full=(4, 2), payload=None):
+def tile(flags=1, frame=1, codec=0, x=0, y=0, w=2, h=2, full=(4, 2), payload=None, downscale=0):
     payload = bytes([frame] * 4 * w * h) if payload is None else payload
-    return HEADER.pack(b"LUMF", 1, 1, 64, flags, len(payload), frame, 1, 1, 0, x, y, w, h, *full, codec, 0, 0, 0, 0, 0,
+    return HEADER.pack(b"LUMF", 1, 1, 64, flags, len(payload), frame, 1, 1, 0, x, y, w, h, *full, codec, 0, downscale, 0, 0, 0,
                        0) + payload
 
 
@@ -177,8 +177,15 @@ class Pictures(unittest.TestCase):
         rows = bytes([1] * 8 + [3] * 8)
         self.assertEqual(canvas.picture(1, False, {}).pixels, rows * 2)
 
+    def test_tiles_of_fewer_pixels(self):
+        """As rough pictures of `path` have: each pixel covers a square, but for what is beyond the edge."""
+        a, b, c, d = (bytes([value] * 4) for value in range(4))
+        got = read_tile(tile(w=3, h=3, full=(3, 3), downscale=1, payload=a + b + c + d)).pixels
+        self.assertEqual(got, (a * 2 + b) * 2 + c * 2 + d)
+        self.assertEqual(read_tile(tile(w=3, h=2, full=(3, 2), downscale=4, payload=a)).pixels, a * 6)
+
     def test_tiles_that_do_not_fit(self):
-        for wrong in (tile()[:63], tile(x=3), tile(payload=b"1234"), tile(codec=1), b"LUMG" + tile()[4:]):
+        for wrong in (tile()[:63], tile(x=3), tile(downscale=1), tile(downscale=255), tile(payload=b"1234"), tile(codec=1), b"LUMG" + tile()[4:]):
             with self.assertRaises(ValueError):
                 read_tile(wrong)
         bomb = tile(codec=4, w=1, h=1, payload=zlib.compress(bytes(1 << 24)))

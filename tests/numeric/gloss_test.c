@@ -194,13 +194,45 @@ static void colours_of_metals_stay_sharp(void **state)
     rig_end(&r);
 }
 
+static double gloss_rays(float specular)
+{
+    struct rig r;
+    begin(&r, 8, 0.8f);
+    struct lum_material_desc plain = rig_diffuse(0.6f); /* but for its specular, what glTF has where nothing is said */
+    plain.roughness = 1.0f;
+    plain.specular = specular;
+    rig_material(&r, "brushed", &plain);
+    rig_commit(&r);
+    double rays = 0.0;
+    for (uint32_t seed = 0; seed < 4; seed++) {
+        r.settings.seed = seed;
+        rig_fresh_view(&r);
+        rays += (double)rig_pass(&r).rays[LUM_RAY_GLOSSY];
+    }
+    rig_end(&r);
+    return rays / (4.0 * SIZE * SIZE);
+}
+
+/* Gloss that brings little costs little, without a threshold below which it is left out: paths start four times as
+ * often as it is a share of what its pixel reflects. Seen from above the default material reflects .0123 of its light
+ * with a gloss (E for alpha 1, f0 .04) and .6 x .98 otherwise: .08 of the pixels send a path, most of one ray. A
+ * quarter of the specular starts a quarter of them: 760 of 36,864 pixels, known to 4 %, and 3,000, to 2 %. */
+static void what_brings_little_costs_little(void **state)
+{
+    (void)state;
+    double whole = gloss_rays(1.0f), quarter = gloss_rays(0.25f), none = gloss_rays(0.0f);
+    print_message("glossy rays a pixel: %.3f, with a quarter of the specular %.3f\n", whole, quarter);
+    assert_true(none == 0.0);
+    assert_true(whole > 0.0 && whole < 0.3);
+    assert_true(quarter > 0.2 * whole && quarter < 0.3 * whole);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(first_frame_is_smooth),
-        cmocka_unit_test(no_light_is_lost_to_tame_dots),
-        cmocka_unit_test(a_path_alone_is_no_dot),
-        cmocka_unit_test(colours_of_metals_stay_sharp),
+        cmocka_unit_test(first_frame_is_smooth),           cmocka_unit_test(no_light_is_lost_to_tame_dots),
+        cmocka_unit_test(a_path_alone_is_no_dot),          cmocka_unit_test(colours_of_metals_stay_sharp),
+        cmocka_unit_test(what_brings_little_costs_little),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

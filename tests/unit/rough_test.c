@@ -209,6 +209,61 @@ static void sizes_take_turns(void **state)
     rig_end(&r);
 }
 
+/* Root mean square error of luminance over the mean of the picture, against a better one. */
+static double rms_against(struct rig *r, const struct lum_rgb *truth)
+{
+    const struct lum_film *film = lum_view_film(r->view);
+    double sum = 0.0, mean = 0.0;
+    for (uint32_t i = 0; i < film->w * film->h; i++) {
+        double y = (double)lum_luminance(lum_film_mean(film, i % film->w, i / film->w));
+        double d = y - (double)lum_luminance(truth[i]);
+        sum += d * d;
+        mean += y;
+    }
+    return sqrt(sum * film->w * film->h) / mean;
+}
+
+/* Rough pictures say how far they are off from what they will be: of ten draws one may be outside of a bound that holds
+ * for 95 in a hundred. Rays are counted, as in a deterministic world, so that nothing hangs on time. */
+static void rough_pictures_say_their_error(void **state)
+{
+    (void)state;
+    static const uint32_t sides[] = {8, LUM_PREVIEW_MAX};
+    struct rig r;
+    lit_room(&r, 2);
+    r.settings.w = 48, r.settings.h = 32;
+    use_method(&r, "path");
+    r.settings.max_spp = 256; /* its error is a twentieth of what is measured here */
+    while (!rig_pass(&r).complete)
+        continue;
+    struct lum_rgb *truth = rig_picture(&r);
+    use_method(&r, "live");
+    r.settings.max_spp = 1;
+    r.settings.deterministic = true;
+    r.settings.error_share = 2.0;
+    for (size_t k = 0; k < LUM_ARRAY_LEN(sides); k++) {
+        uint32_t n_covered = 0, n = 10;
+        double bounds = 0.0, errors = 0.0;
+        for (uint32_t seed = 1; seed <= n; seed++) {
+            rig_fresh_view(&r);
+            r.settings.seed = seed;
+            r.settings.preview = sides[k];
+            struct lum_pass_stats s = rig_pass(&r);
+            assert_int_equal(s.preview, sides[k]);
+            assert_true(s.rays[LUM_RAY_PROBE] > 0 && isfinite(s.error.bound) && s.error.fresh == 1.0);
+            double is = rms_against(&r, truth);
+            n_covered += is <= s.error.bound;
+            bounds += s.error.bound / n;
+            errors += is / n;
+        }
+        print_message("blocks of %u: off by %.3f, at most %.3f said, %u of %u covered\n", sides[k], errors, bounds,
+                      n_covered, n);
+        assert_true(n_covered >= 9 && bounds < 6.0 * errors);
+    }
+    lum_free(truth);
+    rig_end(&r);
+}
+
 static uint64_t rays_of_rough(const char *method, bool eased, enum lum_ray_kind kind)
 {
     struct rig r;
@@ -530,6 +585,7 @@ int main(void)
         cmocka_unit_test(frames_after_rough_pictures),
         cmocka_unit_test(frames_after_rougher_pictures),
         cmocka_unit_test(sizes_take_turns),
+        cmocka_unit_test(rough_pictures_say_their_error),
         cmocka_unit_test(eased_pictures_take_fewer_rays),
         cmocka_unit_test(every_method_can_be_rough),
     };

@@ -16,12 +16,27 @@ export interface Tile {
 export async function readTile({ header, payload }: Frame): Promise<Tile | null> {
     const { kind, codec, downscale, x, y, w, h, fullW, fullH } = header;
     if (kind !== Kind.tile && kind !== Kind.hdrTile) return null;
-    const bytes = (BYTES_PER_PIXEL[codec] ?? NaN) * w * h;
+    const side = 2 ** downscale; // of the square that each of its pixels covers
+    const bytes = (BYTES_PER_PIXEL[codec] ?? NaN) * Math.ceil(w / side) * Math.ceil(h / side);
     const pixels = codec === Codec.halfDeflate ? await through(payload, new DecompressionStream('deflate'), bytes) : payload;
-    if (pixels.length !== bytes || downscale !== 0 || x + w > fullW || y + h > fullH) {
+    if (pixels.length !== bytes || x + w > fullW || y + h > fullH) {
         throw new RangeError('a tile that does not fit its header');
     }
-    return { header, pixels };
+    return { header, pixels: downscale === 0 ? pixels : spread(pixels, header, side) };
+}
+
+/** Each pixel over the square that it covers. */
+function spread(pixels: Uint8Array, { codec, w, h }: FrameHeader, side: number): Uint8Array {
+    const size = BYTES_PER_PIXEL[codec]!;
+    const columns = Math.ceil(w / side);
+    const all = new Uint8Array(size * w * h);
+    for (let y = 0; y < h; y++) {
+        for (let x = 0; x < w; x++) {
+            const from = size * (columns * Math.floor(y / side) + Math.floor(x / side));
+            all.set(pixels.subarray(from, from + size), size * (w * y + x));
+        }
+    }
+    return all;
 }
 
 /** What a view shows. The tiles of a frame come into it together, with its last: before that nothing of them shows. */

@@ -43,10 +43,23 @@ def read_tile(message):
     payload = message[head:head + n]
     if codec == HALF_DEFLATE:
         payload = zlib.decompressobj().decompress(payload, 8 * w * h + 1)  # no more than fits, whatever it unpacks to
-    if codec not in BYTES_PER_PIXEL or downscale or len(payload) != BYTES_PER_PIXEL[codec] * w * h \
+    side = 1 << min(downscale, 16)  # of the square that each of its pixels covers
+    columns, rows = -(-w // side), -(-h // side)
+    if codec not in BYTES_PER_PIXEL or len(payload) != BYTES_PER_PIXEL[codec] * columns * rows \
             or x + w > full_w or y + h > full_h:
         raise ValueError("a tile that does not fit its header")
+    if downscale:
+        payload = _spread(payload, BYTES_PER_PIXEL[codec], columns, side, w, h)
     return Tile(flags, frame, rev, view, camera, x, y, w, h, full_w, full_h, codec, payload)
+
+
+def _spread(pixels, size, columns, side, w, h):
+    """Each pixel over the square that it covers: w * h in all."""
+    rows = []
+    for at in range(0, len(pixels), size * columns):
+        row = b"".join(pixels[i:i + size] * side for i in range(at, at + size * columns, size))
+        rows.append(row[:size * w])
+    return b"".join(rows[y // side] for y in range(h))
 
 
 class Canvas:
