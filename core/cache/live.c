@@ -19,6 +19,7 @@
 
 #include "core/cache/cache.h"
 #include "core/cache/kind.h"
+#include "core/cache/lost.h"
 #include "core/cache/proximity.h"
 #include "core/cache/since.h"
 #include "core/cache/vpl_sum.h"
@@ -65,8 +66,9 @@
 
 struct live_record {
     struct lum_cache_record base;
-    float proximity; /* of lum_proximity */
-    float step;      /* of lum_vpl_draw */
+    float proximity;          /* of lum_proximity */
+    float step;               /* of lum_vpl_draw */
+    struct lum_around around; /* of lum_proximity */
     uint64_t bits[]; /* n_vpls it sees; n_vpls of which it is known whether it does, and that it faces. Of those that it
                       * sees, what panes leave is in lum_cache_left */
 };
@@ -213,6 +215,18 @@ static void limit_gradient(struct lum_cache_record *r)
             g[i] = lum_rgb_scale(g[i], most / (steep * r->radius));
 }
 
+/* What it gets none of since VPLs are lifted. */
+static void give_back(const struct lum_cache_job *job, const struct lum_cache_record *r, struct lum_vpl_sum *inout)
+{
+    struct lum_receiver at = receiver_of(r);
+    float lacking = lum_vpl_lacking(&job->cache->vpls, &at, &((const struct live_record *)(const void *)r)->around,
+                                    job->snapshot->lights.scene_radius, LUM_VPL_LIFT);
+    float times = 1.0f / (1.0f - lacking);
+    inout->irradiance = lum_rgb_scale(inout->irradiance, times);
+    for (uint32_t k = 0; k < 3; k++)
+        inout->gradient[k] = lum_rgb_scale(inout->gradient[k], times);
+}
+
 static void add_up(const struct lum_cache_job *job, struct lum_cache_record *r)
 {
     const struct lum_cache *cache = job->cache;
@@ -221,6 +235,7 @@ static void add_up(const struct lum_cache_job *job, struct lum_cache_record *r)
     struct lum_vpl_sum sum;
     lum_vpl_sum_visible(&cache->vpls, &at, live_of(r)->bits, lum_cache_left(cache, r), LUM_VPL_LIFT, live_of(r)->step,
                         one_in(r), job->snapshot, media, &sum);
+    give_back(job, r, &sum);
     if (!lum_rgb_finite(sum.irradiance)) {
         job->counters->nonfinite++;
         memset(&sum, 0, sizeof sum);
@@ -243,14 +258,17 @@ static void set_radius(const struct lum_cache_job *job, struct live_record *r)
     r->base.footprint = wanted < least || serves < PIXELS_FULL * footprint ? footprint : 0.0f;
 }
 
-/* How near its surroundings are now. */
+/* How near their surroundings are now, and what is around. */
 static void measure(const struct lum_cache_job *job, struct live_record **records, uint32_t n, float *ret_proximity)
 {
-    struct lum_receiver points[LUM_PROXIMITY_POINTS];
+    struct lum_receiver points[LUM_PROXIMITY_POINTS] = {{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};
+    struct lum_around around[LUM_PROXIMITY_POINTS];
     for (uint32_t i = 0; i < n; i++)
         points[i] = receiver_of(&records[i]->base);
     lum_proximity(job->snapshot, points, n, REACH_MAX * job->snapshot->lights.scene_radius, job->counters,
-                  ret_proximity);
+                  ret_proximity, around);
+    for (uint32_t i = 0; i < n; i++)
+        records[i]->around = around[i];
 }
 
 static void build(const struct lum_cache_job *job)
@@ -323,13 +341,28 @@ static uint32_t review(const struct lum_cache_job *job, struct live_record **rec
     return left;
 }
 
+/* True when a ray that told what is around it may meet something else now. */
+static bool sees_motion(const struct lum_cache_job *job, const struct lum_since *since, const struct live_record *r)
+{
+    struct lum_receiver at = receiver_of(&r->base);
+    struct lum_vec3 ways[LUM_PROXIMITY_RAYS];
+    if (r->around.scene_radius != job->snapshot->lights.scene_radius)
+        return true;
+    if (!lum_since_meets_ball(since, at.p, REACH_MAX * job->snapshot->lights.scene_radius))
+        return false;
+    for (uint32_t i = 0; i < LUM_PROXIMITY_RAYS; i++)
+        ways[i] = lum_proximity_way(&at, &r->around, i);
+    return lum_since_meets_segments(since, lum_ray_offset(at.p, at.ng), ways, LUM_PROXIMITY_RAYS);
+}
+
 /* Up to LUM_PROXIMITY_POINTS records. */
 static void refresh_some(struct seeing *s, struct lum_cache_record *const *records, uint32_t n)
 {
     const struct lum_cache *cache = s->job->cache;
     const struct lum_since_ring *ring = cache->kind_state;
-    struct live_record *kept[LUM_PROXIMITY_POINTS], *doubtful[LUM_PROXIMITY_POINTS];
-    uint32_t n_kept = 0, n_doubtful = 0;
+    struct live_record *kept[LUM_PROXIMITY_POINTS], *doubtful[LUM_PROXIMITY_POINTS], *around[LUM_PROXIMITY_POINTS];
+    float unused[LUM_PROXIMITY_POINTS];
+    uint32_t n_kept = 0, n_doubtful = 0, n_around = 0;
     for (uint32_t i = 0; i < n; i++) {
         struct live_record *r = live_of(records[i]);
         const struct lum_since *since = ring ? lum_since(ring, r->base.epoch) : NULL;
@@ -340,7 +373,11 @@ static void refresh_some(struct seeing *s, struct lum_cache_record *const *recor
             doubtful[n_doubtful++] = r;
         else
             kept[n_kept++] = r;
+        if (since && n_kept > 0 && kept[n_kept - 1] == r && sees_motion(s->job, since, r))
+            around[n_around++] = r;
     }
+    if (n_around > 0)
+        measure(s->job, around, n_around, unused);
     n_doubtful = review(s->job, doubtful, n_doubtful);
     for (uint32_t i = 0; i < n_doubtful; i++)
         kept[n_kept++] = doubtful[i];

@@ -29,8 +29,32 @@ static void push_rays(struct lum_rays *rays, const struct lum_receiver *at, floa
         lum_rays_push(rays, o, lum_frame_to_scene(&frame, spiral(i)), limit);
 }
 
+struct lum_vec3 lum_proximity_way(const struct lum_receiver *at, const struct lum_around *around, uint32_t i)
+{
+    struct lum_frame frame = lum_frame_from_normal(at->ng);
+    return lum_v3_mul(lum_frame_to_scene(&frame, spiral(i)), around->t[i]);
+}
+
+/* Ray i of a point met what is at index k. */
+static void note(const struct lum_snapshot *s, const struct lum_receiver *at, const struct lum_rays *rays,
+                 const struct lum_hits *hits, uint32_t k, uint32_t i, struct lum_around *inout)
+{
+    const float weight = 2.0f * ((float)i + 0.5f) / (float)RAYS; /* cosines of a spiral, over their mean */
+    if (hits->object[k] >= s->n_instances) {                     /* nothing, or a lamp, which is no VPL */
+        inout->kept.n += weight;
+        for (uint32_t l = 0; l < LUM_VPL_LIFTS; l++)
+            inout->kept.light[l] += weight;
+        return;
+    }
+    struct lum_vec3 back = lum_v3_neg(lum_rays_direction(rays, k));
+    struct lum_vec3 n =
+        lum_instance_normal(&s->instances[hits->object[k]], lum_v3(hits->ngx[k], hits->ngy[k], hits->ngz[k]));
+    n = lum_dot(n, back) < 0.0f ? lum_v3_neg(n) : n;
+    lum_vpl_kept_add_weighted(&inout->kept, weight, s->lights.scene_radius, n, back, inout->t[i], at->ng);
+}
+
 void lum_proximity(const struct lum_snapshot *s, const struct lum_receiver *points, uint32_t n, float limit,
-                   struct lum_counters *counters, float *ret_distance)
+                   struct lum_counters *counters, float *ret_distance, struct lum_around *ret_around)
 {
     struct lum_rays rays;
     struct lum_hits hits;
@@ -42,8 +66,12 @@ void lum_proximity(const struct lum_snapshot *s, const struct lum_receiver *poin
     counters->rays[LUM_RAY_INDIRECT_DIFFUSE] += rays.n;
     for (uint32_t i = 0; i < n; i++) {
         float sum = 0.0f, nearest = limit;
+        ret_around[i].kept = (struct lum_vpl_kept){0};
+        ret_around[i].scene_radius = s->lights.scene_radius;
         for (uint32_t k = i * RAYS; k < (i + 1) * RAYS; k++) {
             float distance = lum_max(hits.object[k] == LUM_NO_OBJECT ? limit : hits.t[k], LUM_RAY_OFFSET);
+            ret_around[i].t[k - i * RAYS] = distance;
+            note(s, &points[i], &rays, &hits, k, k - i * RAYS, &ret_around[i]);
             sum += 1.0f / distance;
             nearest = lum_min(nearest, distance);
         }

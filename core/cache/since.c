@@ -266,3 +266,20 @@ bool lum_since_meets_ball(const struct lum_since *since, struct lum_vec3 middle,
     }
     return since->motion.everything;
 }
+
+bool lum_since_meets_segments(const struct lum_since *since, struct lum_vec3 from, const struct lum_vec3 *ways,
+                              uint32_t n)
+{
+    for (uint32_t m = 0; m < since->motion.n; m++) {
+        struct box boxes[2];
+        uint32_t n_boxes = boxes_of(&since->motion.movers[m], boxes);
+        for (uint32_t b = 0; b < n_boxes; b++)
+            for (uint32_t i = 0; i < n; i++) {
+                struct lum_vec3 half = lum_v3_mul(ways[i], 0.5f);
+                struct lum_vec3 c = lum_v3_sub(lum_v3_add(from, half), boxes[b].middle);
+                if (meets(c.x, c.y, c.z, half.x, half.y, half.z, boxes[b].half))
+                    return true;
+            }
+    }
+    return since->motion.everything;
+}

@@ -28,6 +28,9 @@ const struct lum_since *lum_since(const struct lum_since_ring *ring, uint64_t ep
 /* Takes those bits out of inout_bits whose segments, from `from` to the VPL, meet a box of what moved. */
 void lum_since_cross_out(const struct lum_since *since, const struct lum_vpl_set *set, struct lum_vec3 from,
                          uint64_t *inout_bits);
+/* True when one of n segments from a point on, these ways, meets something that moved, where it was or is. */
+bool lum_since_meets_segments(const struct lum_since *since, struct lum_vec3 from, const struct lum_vec3 *ways,
+                              uint32_t n);
 /* True when a ball meets a box of what moved. */
 bool lum_since_meets_ball(const struct lum_since *since, struct lum_vec3 middle, float radius);
 

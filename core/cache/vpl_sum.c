@@ -37,7 +37,7 @@ uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver 
 
 /* Where LANES VPLs are. */
 struct places {
-    const float *p[3], *n[3], *radius, *gain;
+    const float *p[3], *n[3], *radius;
     bool sky; /* they are points of it */
 };
 
@@ -46,7 +46,6 @@ static struct places places_of(const struct lum_vpl_set *set, uint32_t k)
     return (struct places){{set->px + k, set->py + k, set->pz + k},
                            {set->nx + k, set->ny + k, set->nz + k},
                            set->radius + k,
-                           set->gain + k,
                            k >= lum_vpl_first_sky(set)};
 }
 
@@ -56,7 +55,7 @@ struct terms {
 };
 
 /* With d = v - p from the point to the VPL, h = -d.n_vpl, u = m^2 / (h^2 + m^2) and b^2 = h^2 + m^2 u: the lifted term
- * is G = a b / (d^2 + m^2 u)^2 (1 + gain s), where a = d.n - (b - h) min(n.n_vpl, 0) and s = m^2 u / (d^2 + m^2 u).
+ * is G = a b / (d^2 + m^2 u)^2, where a = d.n - (b - h) min(n.n_vpl, 0).
  * dG/dp follows from dd/dp = -1, dh/dp = n_vpl, db/dh = h (1 - u^2) / b and d(m^2 u)/dh = -2 h u^2. Of the sky dd/dp =
  * 0, and m = 1, which is nothing to its distance. */
 static inline void lifted_terms(const struct places *of, const struct lum_receiver *at, uint32_t bits, float lift,
@@ -66,7 +65,7 @@ static inline void lifted_terms(const struct places *of, const struct lum_receiv
     const struct lum_vec3 p = sky ? lum_v3(0.0f, 0.0f, 0.0f) : at->p, n = at->n;
     const float *restrict px = of->p[0], *restrict py = of->p[1], *restrict pz = of->p[2];
     const float *restrict nx = of->n[0], *restrict ny = of->n[1], *restrict nz = of->n[2];
-    const float *restrict radius = of->radius, *restrict gain = of->gain;
+    const float *restrict radius = of->radius;
     const float moves = sky ? 0.0f : 1.0f, per_radius = sky ? 0.0f : lift, least = sky ? 1.0f : LUM_POINT_LIGHT_NEAR;
     float asked[LANES];
     for (uint32_t i = 0; i < LANES; i++)
@@ -80,17 +79,12 @@ static inline void lifted_terms(const struct places *of, const struct lum_receiv
         float faces = n.x * vx + n.y * vy + n.z * vz, opposed = faces < 0.0f ? faces : 0.0f;
         float a = dx * n.x + dy * n.y + dz * n.z - (b - h) * opposed;
         float per_r2 = 1.0f / (dx * dx + dy * dy + dz * dz + rise), per_r4 = per_r2 * per_r2;
-        float near = rise * per_r2, more = gain[i] * moves, times = 1.0f + more * near;
         per_r4 = a > 0.0f ? per_r4 * asked[i] : 0.0f;
-        float of_near = 2.0f * a * b * per_r4 * per_r2 * more;
-        per_r4 *= times;
         float term = a * b * per_r4, spread = 4.0f * term * per_r2 * moves;
         ret->g[i] = term;
         if (!gradient)
             continue;
         float along = (a * slope + b * (1.0f - slope) * opposed) * per_r4 * moves + spread * h * u * u;
-        along -= of_near * (1.0f - near) * h * u * u;
-        spread += of_near * near;
         float across = b * per_r4 * moves;
         ret->x[i] = along * vx - across * n.x + spread * dx;
         ret->y[i] = along * vy - across * n.y + spread * dy;
@@ -223,7 +217,7 @@ float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at,
 /* VPLs that a point sees, packed: of all those that there are they may be few. */
 struct packed {
     _Alignas(64) float p[3][LANES], n[3][LANES];
-    float radius[LANES], gain[LANES], importance[LANES], flux[3][LANES];
+    float radius[LANES], importance[LANES], flux[3][LANES];
     float w[3][LANES], gloss[LANES], alpha[LANES], f0[LANES], f90[LANES];
     uint32_t slot[LANES], n_lanes;
     bool sky;
@@ -239,7 +233,6 @@ static void pack(struct packed *to, const struct lum_vpl_set *set, uint32_t k)
         to->flux[c][i] = set->flux[c][k];
     }
     to->radius[i] = set->radius[k];
-    to->gain[i] = set->gain[k];
     to->importance[i] = set->importance[k];
     to->slot[i] = k;
     if (!set->gloss) /* as asked for */
@@ -347,7 +340,6 @@ static void add_packed(struct sum_job *job, struct packed *packed)
     struct places places = {{packed->p[0], packed->p[1], packed->p[2]},
                             {packed->n[0], packed->n[1], packed->n[2]},
                             packed->radius,
-                            packed->gain,
                             packed->sky};
     lifted_terms(&places, job->at, (UINT32_C(1) << packed->n_lanes) - 1u, job->lift, true, &terms);
     weigh(packed, job->step, job->per_sky_point, &terms);

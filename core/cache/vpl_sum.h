@@ -9,7 +9,7 @@
  * h quickly: with b = sqrt(h^2 + m^2) a closed cube with 256 VPLs loses 2.4 % even in the middle of its floor
  * (tests/numeric/corner_test.c). What faces the same way as the VPL, as within a hollow, is lifted without sinking
  * below its own horizon: in a sphere with 256 VPLs the sum is 7 % too high, and would else be 5 % too low. What ends
- * nearer than that, as slats do, would lose most of its light: it is given back (core/vpl/lifted.h).
+ * nearer than that, as slats do, would lose most of its light: it is given back (core/cache/lost.h).
  *
  * All sums are in an order that depends on the number of VPLs alone: floats in LUM_LANES lanes over blocks of
  * LUM_SUM_BLOCK VPLs, lanes and blocks added up in double. No machine, and no history, changes a bit of it. */

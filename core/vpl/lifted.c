@@ -19,20 +19,27 @@ void lum_vpl_kept_add_miss(struct lum_vpl_kept *inout)
 
 /* With a, b, h, u of lifted_terms (core/cache/vpl_sum.c): the term a b / (t^2 + m^2 u)^2 over the true one, which is
  * a h / t^4 with the a of m = 0. */
-void lum_vpl_kept_add(struct lum_vpl_kept *inout, float scene_radius, struct lum_vec3 v, struct lum_vec3 d, float t,
-                      struct lum_vec3 n)
+void lum_vpl_kept_add_weighted(struct lum_vpl_kept *inout, float weight, float scene_radius, struct lum_vec3 v,
+                               struct lum_vec3 d, float t, struct lum_vec3 n)
 {
     float facing = -lum_dot(n, d), faces = facing < 0.0f ? -lum_dot(n, v) : lum_dot(n, v);
     float along = lum_max(t * fabsf(facing), 0x1p-20f), h = lum_max(t * lum_dot(d, v), 0x1p-20f);
     float m = LUM_VPL_LIFT_WIDEST * scene_radius;
-    inout->n += 1.0f;
+    inout->n += weight;
     for (uint32_t k = 0; k < LUM_VPL_LIFTS; k++, m *= 0.5f) {
         float u = m * m / (h * h + m * m), rise = m * m * u, b = sqrtf(h * h + rise);
         float a = along - (b - h) * lum_min(faces, 0.0f), far = t * t / (t * t + rise);
         float ratio = lum_min(a / along * (b / h) * far * far, RATIO_MAX);
-        inout->light[k] += ratio;
-        inout->near[k] += ratio * (1.0f - far);
+        inout->light[k] += weight * ratio;
+        inout->near[k] += weight * ratio * (1.0f - far);
+        inout->beside[k] += weight * (1.0f - far);
     }
+}
+
+void lum_vpl_kept_add(struct lum_vpl_kept *inout, float scene_radius, struct lum_vec3 v, struct lum_vec3 d, float t,
+                      struct lum_vec3 n)
+{
+    lum_vpl_kept_add_weighted(inout, 1.0f, scene_radius, v, d, t, n);
 }
 
 void lum_vpl_kept_add_all(struct lum_vpl_kept *inout, const struct lum_vpl_kept *more)
@@ -41,15 +48,36 @@ void lum_vpl_kept_add_all(struct lum_vpl_kept *inout, const struct lum_vpl_kept 
     for (uint32_t k = 0; k < LUM_VPL_LIFTS; k++) {
         inout->light[k] += more->light[k];
         inout->near[k] += more->near[k];
+        inout->beside[k] += more->beside[k];
     }
+}
+
+/* Where a lift m is among those that are known: from lift k to the next one, linearly in m. */
+static uint32_t find_lift(float scene_radius, float m, float *ret_part)
+{
+    float at = lum_clamp(log2f(LUM_VPL_LIFT_WIDEST * scene_radius / m), 0.0f, (float)LUM_VPL_LIFTS - 1.0f);
+    uint32_t k = at < (float)LUM_VPL_LIFTS - 2.0f ? (uint32_t)at : LUM_VPL_LIFTS - 2u;
+    *ret_part = 2.0f - exp2f(1.0f - (at - (float)k)); /* along m, not its logarithm: 0 at lift k, 1 at the next one */
+    return k;
+}
+
+static float between(const float *by_lift, float part)
+{
+    return by_lift[0] + part * (by_lift[1] - by_lift[0]);
+}
+
+struct lum_vpl_lost lum_vpl_lost_of(const struct lum_vpl_kept *kept, float scene_radius, float m)
+{
+    float part, per = kept->n > 0.0f ? 1.0f / kept->n : 0.0f;
+    uint32_t k = find_lift(scene_radius, m, &part);
+    return (struct lum_vpl_lost){per * (kept->n - between(kept->light + k, part)),
+                                 per * between(kept->beside + k, part)};
 }
 
 float lum_vpl_gain(const struct lum_vpl_kept *kept, float scene_radius, float m)
 {
-    float at = lum_clamp(log2f(LUM_VPL_LIFT_WIDEST * scene_radius / m), 0.0f, (float)LUM_VPL_LIFTS - 1.0f);
-    uint32_t k = at < (float)LUM_VPL_LIFTS - 2.0f ? (uint32_t)at : LUM_VPL_LIFTS - 2u;
-    float part = 2.0f - exp2f(1.0f - (at - (float)k)); /* along m, not its logarithm: 0 at lift k, 1 at the next one */
-    float light = kept->light[k] + part * (kept->light[k + 1] - kept->light[k]);
-    float near = kept->near[k] + part * (kept->near[k + 1] - kept->near[k]);
+    float part;
+    uint32_t k = find_lift(scene_radius, m, &part);
+    float light = between(kept->light + k, part), near = between(kept->near + k, part);
     return lum_clamp((kept->n - light) / (near + NEAR_AT_LEAST), -0.5f, LUM_VPL_GAIN_MAX);
 }

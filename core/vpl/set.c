@@ -23,7 +23,7 @@ static enum lum_status alloc_arrays(struct lum_vpl_set *set, struct lum_error *e
                         &set->nz,      &set->flux_unit[0], &set->flux_unit[1], &set->flux_unit[2], &set->flux[0],
                         &set->flux[1], &set->flux[2],      &set->importance,   &set->radius,       &set->lobe,
                         &set->wx,      &set->wy,           &set->wz,           &set->alpha,        &set->f0,
-                        &set->f90,     &set->gain};
+                        &set->f90,     &set->lost,         &set->beside,       &set->gain};
     uint32_t **indices[] = {&set->light, &set->object, &set->prim};
     size_t n = padded(set->n), n_floats = LUM_ARRAY_LEN(floats), n_indices = LUM_ARRAY_LEN(indices);
     char *memory = lum_calloc(1, n * (n_floats * sizeof(float) + n_indices * sizeof(uint32_t)) +

@@ -369,8 +369,12 @@ static void measure_radii(void *ctx, uint32_t job, struct lum_counters *counters
         if (set->light[i] != LUM_NO_OBJECT) {
             float beside, area = reach2(set, i, step, limit * limit / per, &beside) * per;
             set->radius[i] = sqrtf(area * fminf(fmaxf(beside, 1.0f), AREA_MAX));
-            if (radii->kept && set->object[i] != LUM_NO_OBJECT) /* fog has no surface that is near */
-                set->gain[i] = lum_vpl_gain(&radii->kept[i], radii->scene_radius, LUM_VPL_LIFT * set->radius[i]);
+            if (!radii->kept || set->object[i] == LUM_NO_OBJECT) /* fog has no surface that is near */
+                continue;
+            float m = LUM_VPL_LIFT * set->radius[i];
+            struct lum_vpl_lost lost = lum_vpl_lost_of(&radii->kept[i], radii->scene_radius, m);
+            set->lost[i] = lost.lost, set->beside[i] = lost.beside;
+            set->gain[i] = lum_vpl_gain(&radii->kept[i], radii->scene_radius, m);
         }
 }
 

@@ -75,8 +75,8 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
 /* lum_vpl_set.spacing; at most limit. */
 float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit);
 
-/* Fills in lum_vpl_set.radius, and gain by what is kept of each slot (NULL: it stays 0); at most a tenth of
- * scene_radius, and of what is more important than what is around it at most four times that. */
+/* Fills in lum_vpl_set.radius, and lost, beside and gain by what is kept of each slot (NULL: they stay 0); at most a
+ * tenth of scene_radius, and of what is more important than what is around it at most four times that. */
 LUM_MUST_USE enum lum_status lum_vpl_measure_radii(struct lum_vpl_set *set, const struct lum_vpl_kept *kept,
                                                    const struct lum_vpl_request *rq, struct lum_error *err);
 

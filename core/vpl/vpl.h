@@ -51,11 +51,11 @@ struct lum_vpl_set {
                                          * light leaves from */
     float *flux_unit[3];                /* per unit of the light's power */
     float *flux[3];                     /* times the power: what gathering uses */
-    float *importance;   /* about its part of all flux, by what its own path and light were when first seen: no
-                          * colour of a surface and no dimmed light changes it. 0: empty slot */
-    float *radius;       /* of the area that it stands for, which is more where it is more important than those
-                          * around it; scene units; 0: of the sky */
-    float *gain;         /* of its near light, for what it loses when it is lifted (lifted.h); 0 without tries */
+    float *importance;           /* about its part of all flux, by what its own path and light were when first seen: no
+                                  * colour of a surface and no dimmed light changes it. 0: empty slot */
+    float *radius;               /* of the area that it stands for, which is more where it is more important than those
+                                  * around it; scene units; 0: of the sky */
+    float *lost, *beside, *gain; /* of what it loses as it is lifted: lifted.h; 0 without tries, and in fog */
     float *lobe;         /* share of its flux that goes by a glossy lobe (lum_vpl_lobe); 0 unless that was asked for */
     float *wx, *wy, *wz; /* unit, to where the light came from */
     float *alpha, *f0, *f90; /* of the lobe; reflectances over its albedo for w */

@@ -129,7 +129,13 @@ static bool shows_right(const struct rig *r, uint32_t x, uint32_t y)
 /* A record of `live` draws the VPLs that it asks with chances that depend on what all could bring it, seen or not, in
  * steps of the root of 2 (cache/vpl_sum.h). What moves next door changes that by some percent at most, so that one
  * record in ten takes another step; of the 128 draws of most, by which half of their light comes, then a quarter or so
- * become others: 1 / sqrt (128 / 4) of that half, 0.09, and two and a half times that at worst. */
+ * become others: 1 / sqrt (128 / 4) of that half, 0.09, and two and a half times that at worst.
+ *
+ * And what a record lacks since lights are lifted is told by lights around it (cache/lost.h), be they on the other side
+ * of a wall. Here it is a few percent of its light, told by three dozen of which a few move at a time: two percent of
+ * its light at most, and no more is looked at. */
+#define LACKING_LESS 0.02
+
 static bool may_draw_anew(const struct rig *r, uint32_t n_changed, uint32_t n, double worst)
 {
     return r->settings.method->cache == &lum_cache_live && n_changed < n / 10 && worst < 0.25;
@@ -138,7 +144,7 @@ static bool may_draw_anew(const struct rig *r, uint32_t n_changed, uint32_t n, d
 static void compare_right(const struct rig *r, const struct lum_rgb *before, int step)
 {
     uint32_t n = 0, n_changed = 0, at[2] = {0, 0};
-    double worst = 0.0;
+    double worst = 0.0, passed = r->settings.method->cache == &lum_cache_live ? LACKING_LESS : 0.0;
     for (uint32_t y = 0; y < r->settings.h; y++)
         for (uint32_t x = 0; x < r->settings.w; x++) {
             struct lum_rgb now = lum_film_mean(lum_view_film(r->view), x, y), was = before[y * r->settings.w + x];
@@ -148,6 +154,8 @@ static void compare_right(const struct rig *r, const struct lum_rgb *before, int
             if (memcmp(&now, &was, sizeof now) == 0)
                 continue;
             double off = fabs((double)lum_luminance(now) / (double)lum_luminance(was) - 1.0);
+            if (off < passed)
+                continue;
             if (n_changed++ == 0 || off > worst) {
                 worst = off;
                 at[0] = x;

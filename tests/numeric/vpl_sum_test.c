@@ -24,12 +24,12 @@ static void fake_begin(struct fake *f, uint32_t n)
 {
     size_t padded = (n + 15u) & ~15u;
     *f = (struct fake){.set = {.n = n, .n_bounced = n}};
-    f->memory = lum_calloc(padded * 12, sizeof *f->memory);
+    f->memory = lum_calloc(padded * 11, sizeof *f->memory);
     f->all = lum_calloc(lum_vpl_words(n), sizeof *f->all);
     assert_true(f->memory && f->all);
-    float **arrays[] = {&f->set.px,      &f->set.py,     &f->set.pz,         &f->set.nx,
-                        &f->set.ny,      &f->set.nz,     &f->set.flux[0],    &f->set.flux[1],
-                        &f->set.flux[2], &f->set.radius, &f->set.importance, &f->set.gain};
+    float **arrays[] = {&f->set.px,      &f->set.py,     &f->set.pz,        &f->set.nx,
+                        &f->set.ny,      &f->set.nz,     &f->set.flux[0],   &f->set.flux[1],
+                        &f->set.flux[2], &f->set.radius, &f->set.importance};
     for (size_t i = 0; i < LUM_ARRAY_LEN(arrays); i++)
         *arrays[i] = f->memory + i * padded;
 }
@@ -143,7 +143,6 @@ static void gradient_is_the_difference(void **state)
     for (uint32_t round = 0; round < 5000; round++) {
         fake_put(&f, 0, lum_v3_mul(random_vector(round, 1), 5.0f), lum_normalize(random_vector(round, 4)), lum_grey(1));
         struct lum_vec3 p = random_vector(round, 7), n = lum_normalize(random_vector(round, 21));
-        f.set.gain[0] = (float)(round % 4);
         struct lum_vpl_sum here = sum_at(&f, p, n, 1.0f);
         for (int k = 0; k < 3; k++) {
             double low = (double)sum_at(&f, lum_v3_mad(p, axes[k], -step), n, 1.0f).irradiance.g;
@@ -184,7 +183,7 @@ static void only_who_faces_counts(void **state)
     fake_end(&f);
 }
 
-/* On a VPL, and at every distance down to it: finite, and never more than (1 + gain) flux / (pi lift^2). */
+/* On a VPL, and at every distance down to it: finite, and never more than flux / (pi lift^2). */
 static void near_is_finite(void **state)
 {
     (void)state;
@@ -193,10 +192,9 @@ static void near_is_finite(void **state)
     fake_put(&f, 0, lum_v3(0, 0, 0), lum_v3(0, 1, 0), lum_grey(1));
     for (uint32_t i = 0; i < 1000; i++) {
         struct lum_vec3 p = lum_v3_mul(random_vector(i, 3), ldexpf(1.0f, -(int)(i % 140)));
-        f.set.gain[0] = (float)(i % 4);
         struct lum_vpl_sum sum = sum_at(&f, p, lum_normalize(random_vector(i, 9)), 0.5f);
         assert_true(lum_rgb_finite(sum.irradiance) && sum.irradiance.g >= 0.0f);
-        assert_true(sum.irradiance.g <= 1.0001f * LUM_INV_PI / 0.25f * (1.0f + f.set.gain[0]));
+        assert_true(sum.irradiance.g <= 1.0001f * LUM_INV_PI / 0.25f);
         for (int k = 0; k < 3; k++)
             if (!lum_rgb_finite(sum.gradient[k]))
                 fail_msg("%u: %g %g %g", i, (double)sum.gradient[k].r, (double)p.x, (double)p.y);
