@@ -30,6 +30,7 @@ static const struct lum_bench benches[] = {
      lum_bench_budgets},
     {"codecs", "bytes, time and error of tiles as JPEG, WebP and PNG; first frames of every scene", NULL,
      lum_bench_codecs},
+    {"video", "bytes, time and error of pictures of a drag as VP9, for lines of several widths", NULL, lum_bench_video},
     {"effects", "what each effect costs, in every subset that a scene calls for; what methods leave out", NULL,
      lum_bench_effects},
     {"errors", "does the error that pictures state cover the one that they have; every scene, method, 30 seeds", NULL,
