@@ -62,7 +62,7 @@ ONLY_IN = {
     r"cjson/": r"protocol/|server/|clients/|tests/",
     r"turbojpeg\.h|spng\.h|zlib\.h": r"server/|clients/|tests/",
     r"webp/": r"server/stream/webp\.c|tests/unit/webp_test\.c|tests/bench/codecs\.c",
-    r"vpx/": r"server/stream/vp9\.c|tests/unit/vp9_test\.c",
+    r"vpx/": r"server/stream/vp9\.c|tests/unit/vp9_test\.c|tests/bench/video\.c",
     r"openssl/": r"server/journal/|server/net/people\.c|server/net/tls(_pair|_ask)?\.[ch]|tests/unit/",
     r"assimp/|meshoptimizer\.h|seccomp\.h": r"server/importer/",
     r"mpi\.h": r"server/farm/farm_mpi\.c",

@@ -32,6 +32,7 @@ static const struct lum_bench benches[] = {
      lum_bench_codecs},
     {"drag", "does a view whose eye is dragged keep its time, by CPU time; what was foreseen beside what came", NULL,
      lum_bench_drag},
+    {"video", "bytes, time and error of pictures of a drag as VP9, for lines of several widths", NULL, lum_bench_video},
     {"effects", "what each effect costs, in every subset that a scene calls for; what methods leave out", NULL,
      lum_bench_effects},
     {"errors", "does the error that pictures state cover the one that they have; every scene, method, 30 seeds", NULL,

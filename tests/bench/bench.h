@@ -40,6 +40,7 @@ int lum_bench_ais(const struct lum_bench_options *options);
 int lum_bench_budgets(const struct lum_bench_options *options);
 int lum_bench_codecs(const struct lum_bench_options *options);
 int lum_bench_drag(const struct lum_bench_options *options);
+int lum_bench_video(const struct lum_bench_options *options);
 int lum_bench_effects(const struct lum_bench_options *options);
 int lum_bench_errors(const struct lum_bench_options *options);
 int lum_bench_export(const struct lum_bench_options *options);

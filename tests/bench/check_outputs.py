@@ -27,6 +27,7 @@ FILES = {
     "truth": {"truth", "truth-first", "truth-effects"},
     "settings": {"settings"},
     "vision": {"vision"},
+    "video": {"video"},
     "viewers": {"viewers", "viewers-memory", "viewers-rays", "viewers-time"},
     "ais": {"ais", "ais-speedup", "ais-budget", "ais-cornell", "ais-cornell-media", "ais-desk",
             "ais-desk-no-gloss"},

@@ -87,7 +87,7 @@ def measure(daemon, rate, codecs, options, camera):
         latencies, frames = [], []
         warm_s = time.monotonic() + options.seconds / 2
         end_s = warm_s + options.seconds
-        while (now_s := time.monotonic()) < end_s:
+        while (now_s := time.monotonic()) < end_s or len(frames) < 3:
             eye.move()
             header, n_bytes = eye.frame()
             if now_s > warm_s:
