@@ -6,6 +6,9 @@ export function number(v: number): string {
     return grouped.format(v).replace(/,/g, '\u2009');
 }
 
+/** A share in percent, to a tenth. */
+export const percentOf = (share: number): string => `${number(Math.round(1000 * share) / 10)} %`;
+
 export function fixed(v: number, digits: number): string {
     return Number.isFinite(v) ? v.toFixed(digits) : '–';
 }
