@@ -37,7 +37,7 @@ static void visit_pixel(const struct lum_pass *pass, uint32_t tile, uint32_t slo
 }
 
 /* A matte pixel that does not shine, as the eye saw it: nothing of it has to be looked up. False: it is no such one. */
-static bool visit_matte(const struct lum_pass *pass, uint32_t slot, uint32_t x, uint32_t y, struct lum_vec3 d,
+static bool visit_matte(const struct lum_pass *pass, uint32_t slot, uint32_t x, uint32_t y,
                         struct lum_vertices *vertices)
 {
     const struct lum_surfaces *s = pass->surfaces;
@@ -49,7 +49,7 @@ static bool visit_matte(const struct lum_pass *pass, uint32_t slot, uint32_t x, 
     *b = lum_bsdf_white(s->n[pixel], s->ng[pixel]);
     b->diffuse = s->albedo[pixel];
     b->alpha = 0.0f; /* which is that of gloss */
-    lum_vertices_push(vertices, slot, s->p[pixel], lum_v3_neg(d),
+    lum_vertices_push(vertices, slot, s->p[pixel], lum_v3_neg(lum_center_direction(pass, x, y)),
                       lum_sampler_at(x, y, 0, pass->settings->seed).pixel_seed);
     return true;
 }
@@ -79,9 +79,8 @@ static void shadow_tile(const struct lum_pass *pass, uint32_t tile, struct lum_c
         uint32_t x = r.x + i % r.w, y = r.y + i / r.w;
         if (only_shine && !(pass->surfaces->kind[(size_t)y * pass->tiling.w + x] & LUM_PIXEL_SHINES))
             continue;
-        struct lum_vec3 d = lum_center_direction(pass, x, y);
-        if (!visit_matte(pass, i, x, y, d, &vertices))
-            visit_pixel(pass, tile, i, d, &vertices);
+        if (!visit_matte(pass, i, x, y, &vertices))
+            visit_pixel(pass, tile, i, lum_center_direction(pass, x, y), &vertices);
     }
     if (pass->settings->max_depth > 0)
         lum_layers_light(pass, tile, &vertices, LUM_LAYER_DIRECT, counters);
