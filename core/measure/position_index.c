@@ -90,12 +90,16 @@ double lum_position_index_table(double t_r, double h_r)
     if (!(x >= 0.0 && y >= 0.0 && x <= N_ASIDE - 1 && y <= N_ABOVE - 1))
         return (double)INFINITY;
     int i = x < N_ASIDE - 2 ? (int)x : N_ASIDE - 2, k = y < N_ABOVE - 2 ? (int)y : N_ABOVE - 2;
-    double v[4] = {table[i][k], table[i][k + 1], table[i + 1][k], table[i + 1][k + 1]};
-    for (int j = 0; j < 4; j++)
-        if (!(v[j] > 0.0))
-            return (double)INFINITY;
     x -= i, y -= k;
-    return 0.01 * ((1.0 - x) * ((1.0 - y) * v[0] + y * v[1]) + x * ((1.0 - y) * v[2] + y * v[3]));
+    const double v[4] = {table[i][k], table[i][k + 1], table[i + 1][k], table[i + 1][k + 1]};
+    const double weights[4] = {(1.0 - x) * (1.0 - y), (1.0 - x) * y, x * (1.0 - y), x * y};
+    double sum = 0.0;
+    for (int j = 0; j < 4; j++) {
+        if (weights[j] > 0.0 && !(v[j] > 0.0))
+            return (double)INFINITY;
+        sum += weights[j] * v[j];
+    }
+    return 0.01 * sum;
 }
 
 double lum_position_index_ugr(struct lum_vec3 sight, struct lum_vec3 up, struct lum_vec3 wi)

@@ -114,10 +114,10 @@ static double work(uint32_t side, double exponent)
  * upon, but a picture of the whole size has four times as many. */
 static double expected_from(const struct lum_pace *p, uint32_t known, uint32_t at, double exponent)
 {
-    double fixed_ms = fmin(p->fixed_ms, p->ms[known]);
-    bool grows = sides[known] > LUM_PREVIEW_WHOLE && sides[at] <= LUM_PREVIEW_WHOLE;
-    return fixed_ms * (grows ? 1.0 / HALF : 1.0) +
-           (p->ms[known] - fixed_ms) * work(sides[at], exponent) / work(sides[known], exponent);
+    double fixed_ms = fmin(p->fixed_ms, p->ms[known]), fixed_at_ms = fixed_ms;
+    if (sides[known] > LUM_PREVIEW_WHOLE && sides[at] <= LUM_PREVIEW_WHOLE)
+        fixed_at_ms = p->noted > LUM_PREVIEW_WHOLE ? fixed_ms / HALF : p->fixed_ms; /* of the last pass, as it was */
+    return fixed_at_ms + (p->ms[known] - fixed_ms) * work(sides[at], exponent) / work(sides[known], exponent);
 }
 
 /* From the nearest side that is known; 0: none is. */

@@ -96,9 +96,11 @@ static float between(float at, uint32_t n)
 }
 
 /* Between the four pixels around: what is twice as large should not have steps. */
-static struct lum_rgb half_at(const struct lum_film *f, uint32_t x, uint32_t y)
+static struct lum_rgb half_at(const struct lum_film *f, const struct lum_film *whole, uint32_t x, uint32_t y)
 {
-    float fx = between(0.5f * (float)x - 0.25f, f->w), fy = between(0.5f * (float)y - 0.25f, f->h);
+    /* Both show all of the view, also where the whole picture is of an odd size. */
+    float sx = (float)f->w / (float)whole->w, sy = (float)f->h / (float)whole->h;
+    float fx = between(((float)x + 0.5f) * sx - 0.5f, f->w), fy = between(((float)y + 0.5f) * sy - 0.5f, f->h);
     uint32_t ix = (uint32_t)fx, iy = (uint32_t)fy, jx = ix + 1 < f->w ? ix + 1 : ix, jy = iy + 1 < f->h ? iy + 1 : iy;
     float u = fx - (float)ix, v = fy - (float)iy;
     struct lum_rgb top =
@@ -114,7 +116,7 @@ static void double_tile(void *ctx, uint32_t tile, struct lum_counters *counters)
     struct lum_tile_rect r = lum_tile_at(&d->to->tiling, tile);
     for (uint32_t y = r.y; y < r.y + r.h; y++)
         for (uint32_t x = r.x; x < r.x + r.w; x++)
-            lum_film_set(d->to->film, x, y, half_at(d->from, x, y), &counters->nonfinite);
+            lum_film_set(d->to->film, x, y, half_at(d->from, d->to->film, x, y), &counters->nonfinite);
 }
 
 /* The rough picture of one of half the size, twice as large: where to see all surfaces takes too long. */

@@ -182,7 +182,7 @@ static bool tell(const char *file, const struct how *how)
     cJSON *o = NULL, *ugr = NULL;
     bool read = read_file(file, &light, &result, &err);
     if (read)
-        o = lum_photometry_describe(light->light.web, false);
+        o = lum_photometry_describe(light->light.web, false, true);
     if (o && how->ugr && ((ugr = lum_photometry_ugr(light->light.web)) == NULL || !lum_json_add(o, "ugr_table", ugr))) {
         cJSON_Delete(o);
         o = NULL;

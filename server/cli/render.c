@@ -520,6 +520,10 @@ static bool set_up(struct batch *b, struct lum_proto_error *err)
     if (lum_world_init(&b->world, o->threads, o->isa, &log, &e))
         return core_failed(&e, err);
     b->world.deterministic = o->deterministic || b->team; /* what each rank does must not depend on who is faster */
+    if (b->team && o->tev.host[0]) {
+        lum_fail(&e, LUM_ERR_UNSUPPORTED, "tev", "a picture by several processes is not shown in tev while it is made");
+        return core_failed(&e, err);
+    }
     if (!b->quiet && lum_render_tev_begin(&b->tev, o, &e))
         return core_failed(&e, err);
     b->reading = o->scene;

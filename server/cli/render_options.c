@@ -273,7 +273,8 @@ static const struct lum_option_row rows[] = {
     {"stats", "FILE.json", TEXT(stats), .help = "what each frame cost"},
     {"tev", "[HOST:]PORT", OTHER(read_tev, tev), .help =
         "shows pictures while they are made in tev, a viewer of HDR images that listens there (it does so\n"
-        "at 14158 of this machine): in cd/m2, with all channels of an .exr"},
+        "at 14158 of this machine): in cd/m2, with all channels of an .exr. With --light-groups each frame is\n"
+        "shown when it is done"},
     {"help", SWITCH(help), .help = "prints this"},
 };
 /* clang-format on */

@@ -14,6 +14,8 @@ enum { CLOSE_IMAGE = 2, CREATE_IMAGE = 4, UPDATE_IMAGE = 6 };
 
 #define BAND_BYTES ((size_t)4 << 20) /* of pixels in one packet: few system calls, and little memory */
 #define LENGTH_BYTES 4
+#define PATIENCE_S 5
+#define PATIENCE_TEXT "5 s"
 
 struct lum_tev {
     int fd;
@@ -23,6 +25,12 @@ struct lum_tev {
     size_t size, n;
 };
 
+/* What errno says of a connection whose patience (SO_SNDTIMEO) may have ended. */
+static const char *why(void)
+{
+    return errno == EAGAIN || errno == EINPROGRESS ? "no answer within " PATIENCE_TEXT : strerror(errno);
+}
+
 enum lum_status lum_tev_connect(const struct lum_address *a, struct lum_tev **ret, struct lum_error *err)
 {
     const char *host = lum_address_local(a);
@@ -30,7 +38,7 @@ enum lum_status lum_tev_connect(const struct lum_address *a, struct lum_tev **re
     struct sockaddr_in6 v6 = {.sin6_family = AF_INET6, .sin6_port = htons(a->port)};
     inet_pton(AF_INET, host, &v4.sin_addr);
     inet_pton(AF_INET6, host, &v6.sin6_addr);
-    const struct timeval patience = {.tv_sec = 5};
+    const struct timeval patience = {.tv_sec = PATIENCE_S};
     struct lum_tev *tev = calloc(1, sizeof *tev);
     if (!tev)
         return lum_fail(err, LUM_ERR_NOMEM, "tev", "no memory for a connection to tev");
@@ -44,8 +52,7 @@ enum lum_status lum_tev_connect(const struct lum_address *a, struct lum_tev **re
         *ret = tev;
         return LUM_OK;
     }
-    enum lum_status st =
-        lum_fail(err, LUM_ERR_IO, "tev", "no tev at %s port %u: %s", a->host, a->port, strerror(errno));
+    enum lum_status st = lum_fail(err, LUM_ERR_IO, "tev", "no tev at %s port %u: %s", a->host, a->port, why());
     lum_tev_close(tev);
     return st;
 }
@@ -98,8 +105,7 @@ static enum lum_status send_packet(struct lum_tev *tev, struct lum_error *err)
         if (n < 0 && errno == EINTR)
             continue;
         if (n <= 0)
-            return lum_fail(err, LUM_ERR_IO, "tev", "tev at %s port %u takes no more: %s", tev->host, tev->port,
-                            strerror(errno));
+            return lum_fail(err, LUM_ERR_IO, "tev", "tev at %s port %u takes no more: %s", tev->host, tev->port, why());
         sent += (size_t)n;
     }
     return LUM_OK;

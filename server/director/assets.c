@@ -59,7 +59,7 @@ static cJSON *list(const struct lum_director *d, const struct lum_request *q, st
 
 static cJSON *describe(const struct lum_record_web *web, const struct lum_import_result *result)
 {
-    cJSON *o = lum_photometry_describe(web, true), *warnings = cJSON_CreateArray();
+    cJSON *o = lum_photometry_describe(web, true, true), *warnings = cJSON_CreateArray();
     for (size_t i = 0; i < result->n_warnings; i++)
         lum_json_add(warnings, NULL, cJSON_CreateString(result->warnings[i]));
     if (o)

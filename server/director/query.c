@@ -159,7 +159,7 @@ static void photometry(struct lum_director *d, const struct lum_request *q)
     const struct lum_record *r = lum_document_find(d->world.doc, q->id);
     struct lum_proto_error err;
     if (r && r->type == LUM_RECORD_LIGHT && r->light.web) {
-        lum_director_reply(d, q, lum_photometry_describe(r->light.web, true));
+        lum_director_reply(d, q, lum_photometry_describe(r->light.web, true, true));
         return;
     }
     char near[sizeof err.text / 2] = "";

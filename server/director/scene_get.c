@@ -101,7 +101,7 @@ static bool describe(struct lum_scene_text *t, const struct lum_record *r, cJSON
         return true;
     if (t->web != r->light.web) {
         cJSON_Delete(t->photometry);
-        t->photometry = lum_photometry_describe(r->light.web, false);
+        t->photometry = lum_photometry_describe(r->light.web, false, false);
         t->web = t->photometry ? r->light.web : NULL;
     }
     return t->photometry && lum_json_add(op, "photometry", cJSON_Duplicate(t->photometry, true));

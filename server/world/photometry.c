@@ -136,7 +136,7 @@ static bool add_facts(cJSON *o, const struct lum_record_web *file, const struct 
            lum_json_add_number(o, "angles", (double)file->gamma_deg.n);
 }
 
-struct cJSON *lum_photometry_describe(const struct lum_record_web *file, bool polar)
+struct cJSON *lum_photometry_describe(const struct lum_record_web *file, bool polar, bool ugr)
 {
     struct lum_web_desc desc = lum_web_desc_of(file);
     struct lum_web *web = NULL;
@@ -145,7 +145,7 @@ struct cJSON *lum_photometry_describe(const struct lum_record_web *file, bool po
         return NULL;
     cJSON *o = cJSON_CreateObject();
     lum_web_facts(web, &facts);
-    bool ok = o && add_facts(o, file, &facts) && add_glare(o, file, web) && (!polar || add_polar(o, web));
+    bool ok = o && add_facts(o, file, &facts) && (!ugr || add_glare(o, file, web)) && (!polar || add_polar(o, web));
     lum_web_unref(web);
     if (ok)
         return o;
@@ -167,7 +167,7 @@ bool lum_photometry_describe_lights(const struct lum_document *doc, struct cJSON
             continue;
         if (r->light.web != last) {
             cJSON_Delete(described);
-            described = lum_photometry_describe(r->light.web, false);
+            described = lum_photometry_describe(r->light.web, false, false);
             last = r->light.web;
         }
         ok = described && lum_json_add(op, "photometry", cJSON_Duplicate(described, true));

@@ -8,8 +8,9 @@
 struct cJSON;
 
 /* {"flux_lm":..,"rated_lm":..,"watts":..,...}: as in PROTOCOL.md. NULL when memory is short, or the web is none that
- * can be rendered. polar: with the intensities of four half planes. */
-struct cJSON *lum_photometry_describe(const struct lum_record_web *web, bool polar);
+ * can be rendered. polar: with the intensities of four half planes. ugr: with the glare of one room, which takes a
+ * millisecond: nothing for the lists of a whole scene. */
+struct cJSON *lum_photometry_describe(const struct lum_record_web *web, bool polar, bool ugr);
 /* UGR of the rooms of catalogues (core/measure/ugr_table.h): "spacing_h", "reflectances" of ceiling, walls and floor,
  * and "rooms": of each its "size_h" and its lists "crosswise" and "endwise", numbers or null. NULL as above; an empty
  * object for a lamp whose file names no opening. */

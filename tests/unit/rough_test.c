@@ -49,11 +49,17 @@ struct span {
     float lo, hi;
 };
 
-static struct span around(const struct lum_rgb *half, uint32_t w, uint32_t h, uint32_t x, uint32_t y)
+static uint32_t within(double at, uint32_t n)
 {
-    /* pixel x of the large one has its centre a quarter of a small one beside that of pixel x / 2 */
-    uint32_t x1 = x % 2 ? x / 2 + 1 : x / 2 - (x > 0), y1 = y % 2 ? y / 2 + 1 : y / 2 - (y > 0);
-    uint32_t xs[2] = {x / 2, x1 < w ? x1 : w - 1}, ys[2] = {y / 2, y1 < h ? y1 : h - 1};
+    return (uint32_t)fmin(fmax(at, 0.0), n - 1.0);
+}
+
+/* Both show all of the view: the centre of pixel x of W lies (x + 1/2) w / W from the left edge of one of w. */
+static struct span around(const struct lum_rgb *half, uint32_t w, uint32_t h, const struct lum_film *of, uint32_t x,
+                          uint32_t y)
+{
+    double fx = floor((x + 0.5) * w / of->w - 0.5), fy = floor((y + 0.5) * h / of->h - 0.5);
+    uint32_t xs[2] = {within(fx, w), within(fx + 1.0, w)}, ys[2] = {within(fy, h), within(fy + 1.0, h)};
     struct span s = {INFINITY, 0.0f};
     for (int i = 0; i < 4; i++) {
         float g = half[ys[i / 2] * w + xs[i % 2]].g;
@@ -86,7 +92,7 @@ static void rougher_ones_are_of_half_the_size(void **state)
         assert_int_equal(s.rays[LUM_RAY_PRIMARY], primary);
         const struct lum_film *film = lum_view_film(r.view);
         for (uint32_t i = 0; i < film->w * film->h; i++) {
-            struct span around_it = around(half, (w + 1) / 2, 27, i % w, i / w);
+            struct span around_it = around(half, (w + 1) / 2, 27, film, i % w, i / w);
             float got = lum_film_mean(film, i % w, i / w).g;
             if (!(got >= around_it.lo * (1.0f - 1e-5f) && got <= around_it.hi * (1.0f + 1e-5f)))
                 fail_msg("%u wide: pixel %u,%u is %g, around it %g to %g", w, i % w, i / w, (double)got,

@@ -374,9 +374,8 @@ static bool find_candidates(const struct tile_job *t, struct candidates *ret)
 }
 
 /* A light of 1/16 of all is sampled by every pixel, lesser ones by fewer: those of 1/256 by one in a window of 4 x 4.
- * Those below that are asked half as often again, those of 1/2048 by one in a tile: of many-lights, all of whose lights
- * are such, a first frame takes a fifth fewer rays for a SMAPE of .0299 instead of .0292; with half of all samples
- * conf_lbl_mgf has .0785 instead of .0756 (NOTES.md). */
+ * Those below that are asked half as often, those of 1/2048 by one in a tile: NOTES.md has what that saves and costs,
+ * and why all others are not. */
 static uint32_t one_in_of(float bound, double all)
 {
     uint32_t of = 1;

@@ -215,7 +215,7 @@ export class App {
         this.sharing = new Sharing({
             ...{ pose: () => poseFromOrbit(view.orbit.value), settings: () => view.settings.value, project: () => this.projects.here.value?.id ?? '' },
             known: () => ({ methods: this.methods.value.map((m) => m.name), effects: this.methods.value.flatMap((m) => m.effects) }),
-            show: (pose, settings) => view.show(pose, settings),
+            show: (pose, settings) => ((this.adapts = false), view.show(pose, settings)),
             ...{ onRefused: (text) => toasts.info(text), announce: (text) => toasts.announce(text) },
         });
         const pose = computed(() => poseFromOrbit(view.orbit.value));
@@ -504,6 +504,7 @@ export class App {
             this.cameraChosen = true;
             this.pastChanged.value++;
             await this.view.open();
+            this.surroundings.again();
             void this.people.begin(this.user);
             this.reference.begin();
             this.then.begin();
@@ -535,6 +536,7 @@ export class App {
         try {
             await this.follower.follow(changed);
             this.forgetGone();
+            this.surroundings.again();
             if (this.adapts) this.adapt();
         } catch (error) {
             this.report(error as Error);

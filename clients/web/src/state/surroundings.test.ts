@@ -46,3 +46,18 @@ test('what is around the eye is asked where it comes to rest, and an eye at the 
     await rests(10.5, { enclosed: 0, reach: 0 });
     assert.equal(around.room.value, null);
 });
+
+test('where the scene becomes another, or was not told, it is asked again', async () => {
+    const timers = new FakeTimers();
+    const pose = signal(at(0));
+    let enclosed = 0;
+    const around = new Surroundings({ ...{ pose, viewId: () => 1 }, call: () => Promise.resolve({ enclosed, reach: 2 }) });
+    timers.tick(1000);
+    await settle();
+    assert.equal(around.room.value, null);
+    enclosed = 1; // walls were built
+    for (let i = 0; i < 5; i++) around.again();
+    timers.tick(1000);
+    await settle();
+    assert.equal(around.room.value, 2);
+});

@@ -29,10 +29,19 @@ export class Surroundings {
     constructor(private readonly host: SurroundingsHost) {
         effect(() => {
             const { position } = host.pose.value;
-            if (position.every((v, i) => v === this.asked?.[i])) return;
-            clearTimeout(this.timer);
-            this.timer = setTimeout(() => void this.ask(position), REST_MS) as unknown as number;
+            if (!position.every((v, i) => v === this.asked?.[i])) this.later();
         });
+    }
+
+    /** The scene is another, or the view: what is around the eye may be, too. */
+    again(): void {
+        this.asked = null;
+        this.later();
+    }
+
+    private later(): void {
+        clearTimeout(this.timer);
+        this.timer = setTimeout(() => void this.ask(this.host.pose.peek().position), REST_MS) as unknown as number;
     }
 
     private async ask(position: Vec3): Promise<void> {

@@ -52,7 +52,7 @@ export function Viewport() {
                 role="application"
                 onPointerMove={(e) => app.pointAt(placeIn(e))}
                 onPointerLeave={() => app.pointAt(null)}
-                aria-label="Rendered view. Arrow keys orbit, or look around in a room, plus and minus zoom, Enter measures the light in the middle, question mark lists all keys."
+                aria-label="Rendered view. Arrow keys orbit, or look around in a room, plus and minus come closer or go away, Enter measures the light in the middle, question mark lists all keys."
             >
                 <canvas ref={canvas} class={`picture ${app.comeback.isStale.value ? 'is-stale' : ''}`} />
                 <Lazy when={app.compare.sides.value !== null} load={wipePictures} with={{}} />
