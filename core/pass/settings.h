@@ -34,7 +34,9 @@ struct lum_view_settings {
                          LUM_PREVIEW_MAX, of progressive methods LUM_PREVIEW_WHOLE. pace.h chooses */
     bool
         preview_eased; /* that pass does with less of what matters least, too (pace.h); not so of progressive methods */
-    uint32_t n_vpls;   /* virtual point lights of methods that use them, 1 to LUM_VPL_MAX */
+    bool fading; /* lights are on their way to how they shine in the scene as it is (lum_snapshot.whole): pictures are
+                    sums of those of both ends where all go the same share of it at a time, and are made anew at rest */
+    uint32_t n_vpls; /* virtual point lights of methods that use them, 1 to LUM_VPL_MAX */
     /* methods with a cache */
     enum lum_storage storage;
     float cache_accuracy; /* a of Ward: LUM_CACHE_ACCURACY_MIN to _MAX; less is finer */

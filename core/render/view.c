@@ -49,7 +49,8 @@ static void drop_buffers(struct lum_view *v)
     lum_deferred_finish(&v->deferred);
     lum_refine_finish(&v->refinement);
     lum_rough_base_finish(&v->base);
-    v->whole = false;
+    lum_mix_finish(&v->mix);
+    v->whole = v->mixed = false;
     lum_free(v->tile_spp);
     lum_aov_finish(&v->aov);
     lum_effect_noise_finish(&v->effect_noise);
@@ -87,7 +88,7 @@ void lum_view_forget(struct lum_view *view)
 {
     lum_deferred_forget(&view->deferred);
     lum_rough_base_finish(&view->base);
-    view->rendered = view->whole = false;
+    view->rendered = view->whole = view->mixed = false;
     if (view->rough)
         lum_view_forget(view->rough);
     if (view->half)
@@ -197,6 +198,7 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
     if (!same) {
         bool power_alone = v->rendered && lum_view_same_picture(&v->settings, pass->settings) &&
                            lum_edits_of_versions(&v->versions, now) == LUM_EDIT_BIT(LUM_EDIT_LIGHT_POWER);
+        v->mixed = v->mixed && power_alone;
         v->relit = power_alone && (v->relit || lum_view_least_spp(v->tile_spp, v->tiling.n) > 0);
         memset(v->tile_spp, 0, v->tiling.n * sizeof *v->tile_spp);
         v->previewed = false;
@@ -305,10 +307,12 @@ static enum lum_status run_path(struct lum_view *v, struct lum_pass *pass, const
     return status;
 }
 
-/* The fast frame; its picture is what later passes refine. */
-static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, const struct lum_stage_runner *runner,
-                                 struct lum_error *err)
+enum lum_status lum_view_frame(struct lum_view *v, struct lum_pass *pass, const struct lum_stage_runner *runner,
+                               struct lum_error *err)
 {
+    if (!pass->settings->fading)
+        lum_mix_finish(&v->mix);
+    v->mixed = false;
     bool refines = pass->settings->method->refines;
     enum lum_status status = LUM_OK;
     if (refines && !v->refinement.frame)
@@ -325,6 +329,19 @@ static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, cons
     runner->stats->changed = true;
     v->error = LUM_FILM_ERROR_UNKNOWN;
     return status;
+}
+
+/* The picture of lights on their way is a sum of two, where it can be; where they rest on it, it is made anew. */
+static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, const struct lum_stage_runner *runner,
+                                 uint32_t spp, struct lum_error *err)
+{
+    bool mixed = false;
+    enum lum_status status = spp == 0 ? lum_view_mix(v, pass, runner, &mixed, err) : LUM_OK;
+    if (mixed || status != LUM_OK)
+        return status;
+    if (spp > 0)
+        memset(v->tile_spp, 0, v->tiling.n * sizeof *v->tile_spp);
+    return lum_view_frame(v, pass, runner, err);
 }
 
 /* Samples draw other random numbers than the frame did: its noise is none of theirs, else they would not show it. */
@@ -515,17 +532,17 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     const struct lum_method *method = settings->method;
     uint32_t spp = view_spp(view, method), max_spp = method->progressive || method->refines ? settings->max_spp : 1;
     bool owed = method->refines && spp > 0 && view->refinement.owed;
-    if (max_spp == 0 || spp < max_spp || owed) {
+    if (max_spp == 0 || spp < max_spp || owed || view->mixed) {
         clear_counters(view);
         pass.target_spp = method->progressive ? spp + 1 : 1;
         if (method->progressive)
             status = run_progressive(view, &pass, &runner);
         else if (settings->preview > 1 && spp == 0 && !view->previewed && !view->relit)
             status = lum_view_rough(view, &pass, &runner, err);
-        else if (spp > 0)
+        else if (spp > 0 && !view->mixed)
             status = run_refinement(view, &pass, &runner);
         else
-            status = run_frame(view, &pass, &runner, err);
+            status = run_frame(view, &pass, &runner, spp, err);
         if (status == LUM_OK)
             measure(view, &pass, &runner, begin_ns, spp == 0);
         sum_counters(view, &stats);
@@ -538,7 +555,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     }
     stats.spp = spp;
     owed = method->refines && spp > 0 && view->refinement.owed;
-    stats.complete = max_spp > 0 && spp >= max_spp && !owed && is_measured(view, settings);
+    stats.complete = max_spp > 0 && spp >= max_spp && !owed && !view->mixed && is_measured(view, settings);
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         stats.effects[e].noise = view->noise[e];
     stats.error = stats.preview > 1 ? view->rough_measurement.error : known_error(view, &pass, spp);

@@ -7,6 +7,7 @@
 #include "core/render/aov.h"
 #include "core/render/deferred.h"
 #include "core/render/measure.h"
+#include "core/render/mix.h"
 #include "core/render/refine.h"
 #include "core/render/rough_base.h"
 #include "core/render/view.h"
@@ -24,6 +25,8 @@ struct lum_view {
     bool early;                 /* of a rough view: its pass lacks the records that the whole picture made after it */
     bool whole;                 /* the film shows a whole frame of what deferred was last asked for */
     struct lum_rough_base base; /* of rough pictures */
+    struct lum_mix mix;         /* of pictures while lights fade */
+    bool mixed;                 /* the film shows one, of mix.shown: it is whole, and not what deferred was asked for */
     struct lum_view *rough; /* all but progressive methods: the same at a part of the resolution, for rough passes */
     struct lum_view *half;  /* likewise, at half the size, for those that are rougher than LUM_PREVIEW_WHOLE */
     struct lum_path_guide *guide; /* of its path traced samples; NULL: none was needed yet, or memory is short */
@@ -58,6 +61,13 @@ static inline uint32_t lum_view_least_spp(const uint32_t *tile_spp, uint32_t n_t
     return least;
 }
 
+/* The fast frame; its picture is what later passes refine. Thread, errors: as lum_view_pass. */
+enum lum_status lum_view_frame(struct lum_view *v, struct lum_pass *pass, const struct lum_stage_runner *runner,
+                               struct lum_error *err);
+/* The same while lights fade, as a sum of the pictures of both ends; that of the end is made first, if it has to be.
+ * *ret_made false: it is no such picture, or memory is short, and nothing was done. */
+enum lum_status lum_view_mix(struct lum_view *v, const struct lum_pass *frame, const struct lum_stage_runner *runner,
+                             bool *ret_made, struct lum_error *err);
 /* A rough pass. Thread, errors: as lum_view_pass. */
 enum lum_status lum_view_rough(struct lum_view *v, const struct lum_pass *frame, const struct lum_stage_runner *runner,
                                struct lum_error *err);

@@ -428,6 +428,7 @@ void lum_director_run_pass(struct lum_director *d, struct lum_server_view *v)
     if (!begin_pass(d, v))
         return;
     struct lum_error err;
+    v->settings.fading = d->world.fade.n > 0;
     enum lum_status st = lum_server_view_pass(v, lum_world_lit(&d->world), &d->cancel, &err);
     end_pass(d, st ? NULL : &v->last_pass);
     if (st && st != LUM_ERR_CANCELLED)

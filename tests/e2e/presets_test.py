@@ -156,6 +156,8 @@ class Presets(unittest.TestCase):
               f"rays: {sum(rays.values()) - rays['probe']}, and {rays['probe']} of probes that tell the error")
         self.assertGreater(len(frames), 2)
         self.assertEqual(sum(rays.values()) - rays["probe"], 0, rays)
+        summed = [f for f in frames if f["stage_ms"]["filter"] == 0 and f["stage_ms"]["records"] == 0]
+        self.assertTrue(summed, "pictures on the way are sums of those of both ends")
         self.assertEqual([(t["id"], t["left_s"]) for t in self.told()], [("evening", fade_s), ("evening", 0)])
         self.assertEqual(self.lamps(), evening)
 
