@@ -150,6 +150,13 @@ export function mapsOf(m: SceneRecord): string[] {
         ['base_color_texture', 'colour'],
         ['metallic_roughness_texture', 'roughness and metal'],
         ['normal_texture', 'relief'],
+        ['specular_texture', 'gloss'],
+        ['specular_color_texture', 'the colour of gloss'],
+        ['transmission_texture', 'glass'],
+        ['diffuse_transmission_texture', 'transmittance'],
+        ['clearcoat_texture', 'lacquer'],
+        ['clearcoat_roughness_texture', 'its roughness'],
+        ['clearcoat_normal_texture', 'its relief'],
         ['anisotropy_texture', 'brushing'],
         ['emission_texture', 'light'],
     ];
