@@ -65,7 +65,8 @@ uint32_t lum_material_scatter(const struct lum_material *m)
     bool glass = dielectric && m->transmission > 0.0f, black = lum_rgb_black(m->base_color);
     bool coat = dielectric && m->specular > 0.0f && !matched;
     bool total = glass && !m->thin && !matched; /* reflection from inside, whatever specular is */
-    uint32_t bits = dielectric && m->transmission < 1.0f && !black ? LUM_SCATTER_DIFFUSE : 0;
+    bool rest = dielectric && (m->transmission < 1.0f || m->transmission_tex.image); /* that is no glass */
+    uint32_t bits = rest && !black ? LUM_SCATTER_DIFFUSE : 0;
     if (lum_material_is_sheet(m))
         bits |= LUM_SCATTER_DIFFUSE | LUM_SCATTER_SHEET;
     if (metal || coat || total) {
@@ -212,10 +213,17 @@ static void add_clearcoat(struct lum_bsdf *b, const struct lum_material *m, cons
     lum_clearcoat_init(b, weight, alpha < LUM_ALPHA_MIN ? least : alpha, n, wo);
 }
 
-/* What a sheet transmits of what textures and vertices leave to it. */
-static struct lum_rgb sheet_color(const struct lum_material *m, struct lum_rgb base)
+/* What it reflects: where its texture lets less pass, more is left. */
+static struct lum_rgb sheet_base(const struct lum_material *m, struct lum_rgb base, float passed)
 {
-    struct lum_rgb t = m->diffuse_transmittance;
+    float share = m->diffuse_transmission_share;
+    return passed < 1.0f ? clamp01_rgb(lum_rgb_scale(base, (1.0f - share * passed) / (1.0f - share))) : base;
+}
+
+/* What a sheet transmits of what textures and vertices leave to it; passed: as its own texture says. */
+static struct lum_rgb sheet_color(const struct lum_material *m, struct lum_rgb base, float passed)
+{
+    struct lum_rgb t = lum_rgb_scale(m->diffuse_transmittance, passed);
     return lum_rgb(lum_clamp(t.r, 0.0f, 1.0f - base.r), lum_clamp(t.g, 0.0f, 1.0f - base.g),
                    lum_clamp(t.b, 0.0f, 1.0f - base.b));
 }
@@ -247,24 +255,31 @@ static struct shares init_lobes(struct lum_bsdf *b, const struct lum_material *m
 {
     struct lum_texel_value mr = lum_texture_sample(&m->metallic_roughness_tex, s->uv);
     float metal = lum_clamp01(m->metallic * mr.rgb.b), roughness = lum_clamp01(m->roughness * mr.rgb.g);
-    float glass = (1.0f - metal) * lum_clamp01(m->transmission), coated = 1.0f - metal - glass;
+    float clear = lum_clamp01(m->transmission * lum_texture_sample(&m->transmission_tex, s->uv).rgb.r);
+    float glass = (1.0f - metal) * clear, coated = 1.0f - metal - glass;
     struct lum_rgb base = base_color(m, s->uv, s->vertex_color);
 
     init_roughness(b, m, lines, roughness * roughness);
 
     float ior = lum_max(m->ior, 1.0f), r = (ior - 1.0f) / (ior + 1.0f);
     bool matched = lum_ior_is_matched(ior);
-    float specular = matched ? 0.0f : lum_clamp01(m->specular); /* matched: there is no interface, at grazing neither */
+    float specular = lum_clamp01(m->specular * lum_texture_sample(&m->specular_tex, s->uv).a);
+    specular = matched ? 0.0f : specular; /* matched: there is no interface, at grazing neither */
     b->thin = m->thin;
     b->straight = matched || ((m->thin || m->straight) && b->alpha == 0.0f);
     b->eta = matched ? 1.0f : s->backface && !m->thin && !b->straight ? ior : 1.0f / ior;
-    struct lum_rgb f0 = clamp01_rgb(lum_rgb_scale(m->specular_color, r * r));
+    struct lum_rgb color = lum_rgb_mul(m->specular_color, lum_texture_sample(&m->specular_color_tex, s->uv).rgb);
+    struct lum_rgb f0 = clamp01_rgb(lum_rgb_scale(color, r * r));
     f0 = lum_rgb_scale(f0, specular);
 
     coated = lum_max(coated, 0.0f);
-    b->diffuse = lum_rgb_scale(base, coated);
-    if (lum_material_is_sheet(m))
-        b->through = lum_rgb_scale(sheet_color(m, base), coated);
+    struct lum_rgb matt = base;
+    if (lum_material_is_sheet(m)) {
+        float passed = lum_clamp01(lum_texture_sample(&m->diffuse_transmission_tex, s->uv).a);
+        matt = sheet_base(m, base, passed);
+        b->through = lum_rgb_scale(sheet_color(m, matt, passed), coated);
+    }
+    b->diffuse = lum_rgb_scale(matt, coated);
     b->f0 = lum_rgb_mad(lum_rgb_scale(base, metal), f0, coated);
     b->f90 = metal + coated * specular;
     b->glass = glass;

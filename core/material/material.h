@@ -36,9 +36,11 @@ struct lum_texel_value lum_texture_sample(const struct lum_texture *texture, str
 struct lum_brushed_table;
 struct lum_material {
     struct lum_texture base_color_tex, metallic_roughness_tex, emission_tex, normal_tex, anisotropy_tex;
+    struct lum_texture specular_tex, specular_color_tex, transmission_tex, diffuse_transmission_tex;
     struct lum_texture clearcoat_tex, clearcoat_roughness_tex, clearcoat_normal_tex;
     struct lum_rgb base_color, specular_color, emission; /* emission: radiance, cd/m2 */
     struct lum_rgb diffuse_transmittance;                /* of a sheet; black: it is none */
+    float diffuse_transmission_share;                    /* of the base that it takes where its texture is 1 */
     struct lum_rgb sheen_color;                          /* of fuzz; black: there is none */
     float sheen_roughness;
     float clearcoat, clearcoat_roughness, clearcoat_normal_scale; /* clearcoat 0: there is none */
@@ -77,7 +79,8 @@ uint32_t lum_material_scatter(const struct lum_material *m);
 /* True when some of what arrives on one side leaves the other evenly. */
 static inline bool lum_material_is_sheet(const struct lum_material *m)
 {
-    return !m->unlit && !lum_rgb_black(m->diffuse_transmittance) && m->transmission < 1.0f &&
+    return !m->unlit && !lum_rgb_black(m->diffuse_transmittance) &&
+           (m->transmission < 1.0f || m->transmission_tex.image) &&
            (m->metallic < 1.0f || m->metallic_roughness_tex.image);
 }
 

@@ -48,6 +48,10 @@ enum lum_alpha_mode { LUM_ALPHA_OPAQUE, LUM_ALPHA_MASK, LUM_ALPHA_BLEND };
     X(METALLIC_ROUGHNESS, metallic_roughness)                                                                          \
     X(EMISSION, emission)                                                                                              \
     X(NORMAL, normal)                                                                                                  \
+    X(SPECULAR, specular)                                                                                              \
+    X(SPECULAR_COLOR, specular_color)                                                                                  \
+    X(TRANSMISSION, transmission)                                                                                      \
+    X(DIFFUSE_TRANSMISSION, diffuse_transmission)                                                                      \
     X(ANISOTROPY, anisotropy)                                                                                          \
     X(CLEARCOAT, clearcoat)                                                                                            \
     X(CLEARCOAT_ROUGHNESS, clearcoat_roughness)                                                                        \
@@ -61,7 +65,10 @@ struct lum_material_desc {
     struct lum_texture_desc metallic_roughness_texture; /* G roughness, B metallic, linear */
     struct lum_texture_desc emission_texture;
     struct lum_texture_desc normal_texture;
-    struct lum_texture_desc anisotropy_texture; /* R, G direction, B strength, linear */
+    struct lum_texture_desc specular_texture, specular_color_texture; /* alpha how much; and a colour, sRGB */
+    struct lum_texture_desc transmission_texture;                     /* R how much, linear */
+    struct lum_texture_desc diffuse_transmission_texture;             /* alpha how much */
+    struct lum_texture_desc anisotropy_texture;                       /* R, G direction, B strength, linear */
     /* Of a clear coat: R how much there is, G its roughness, linear; and bumps of its own. */
     struct lum_texture_desc clearcoat_texture, clearcoat_roughness_texture, clearcoat_normal_texture;
     float normal_scale, clearcoat_normal_scale;
@@ -72,6 +79,7 @@ struct lum_material_desc {
     float transmission; /* 0..1: share of the base layer that refracts (a solid) or passes straight on (thin) */
     bool thin;          /* a surface without volume: transmission does not bend */
     struct lum_rgb diffuse_transmittance; /* of a sheet, to its far side, evenly; with base_color at most 1 */
+    float diffuse_transmission_share;     /* 0..0.999: base_color is so much less where its texture is 1 than where 0 */
     struct lum_rgb sheen_color;           /* 0..1: of fuzz that stands on all of it */
     float sheen_roughness;                /* 0..1 */
     float clearcoat, clearcoat_roughness; /* 0..1: a clear coat over all of it, how much and how rough */

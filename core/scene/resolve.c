@@ -58,6 +58,7 @@ static void resolve_material(struct lum_material *out, const struct lum_material
     out->specular = d->specular;
     out->transmission = d->transmission;
     out->diffuse_transmittance = d->diffuse_transmittance;
+    out->diffuse_transmission_share = d->diffuse_transmission_share;
     out->sheen_color = d->sheen_color;
     out->sheen_roughness = d->sheen_roughness;
     out->clearcoat = d->clearcoat;
@@ -154,12 +155,12 @@ static bool is_air(const struct lum_object_entry *o)
     const struct lum_material_desc *m = &o->material->desc;
     bool white = m->base_color.r == 1.0f && m->base_color.g == 1.0f && m->base_color.b == 1.0f &&
                  !o->material->images[LUM_SLOT_BASE_COLOR] && !o->mesh->mesh->colors;
+    bool glass = m->transmission == 1.0f && !o->material->images[LUM_SLOT_TRANSMISSION];
     const struct lum_rgb *left = &m->attenuation_color;
     bool clear =
         m->thin || !isfinite(m->attenuation_distance_m) || (left->r == 1.0f && left->g == 1.0f && left->b == 1.0f);
-    return m->transmission == 1.0f && m->metallic == 0.0f && lum_ior_is_matched(m->ior) && white && clear &&
-           !m->unlit && (m->emission_cd_m2 == 0.0 || lum_rgb_black(m->emission)) &&
-           o->shine.unit == LUM_SHINE_AS_MATERIAL;
+    return glass && m->metallic == 0.0f && lum_ior_is_matched(m->ior) && white && clear && !m->unlit &&
+           (m->emission_cd_m2 == 0.0 || lum_rgb_black(m->emission)) && o->shine.unit == LUM_SHINE_AS_MATERIAL;
 }
 
 enum lum_status lum_resolve_instances(const struct lum_scene *scene, const struct lum_normalisation *norm,

@@ -60,7 +60,7 @@ struct lum_record *lum_record_clone(const struct lum_record *r);
 unsigned lum_patch_channels(const struct lum_record_patch *p);
 
 /* Of one record without its arrays, about: the same in every build, for what is forgotten hangs on it. */
-#define LUM_RECORD_BYTES 1536u
+#define LUM_RECORD_BYTES 2048u
 /* With its arrays, also those that it shares; of an import, not the records that it made. */
 size_t lum_record_bytes(const struct lum_record *r);
 

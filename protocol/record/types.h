@@ -37,9 +37,11 @@ struct lum_record_texture {
 struct lum_record_material {
     double base_color[3];
     struct lum_record_texture base_color_texture, metallic_roughness_texture, emission_texture, normal_texture,
-        anisotropy_texture, clearcoat_texture, clearcoat_roughness_texture, clearcoat_normal_texture;
+        anisotropy_texture, clearcoat_texture, clearcoat_roughness_texture, clearcoat_normal_texture, specular_texture,
+        specular_color_texture, transmission_texture, diffuse_transmission_texture;
     double normal_scale, clearcoat_normal_scale, metallic, roughness, ior, specular, specular_color[3], transmission;
-    double diffuse_transmittance[3], sheen_color[3], sheen_roughness, clearcoat, clearcoat_roughness;
+    double diffuse_transmittance[3], diffuse_transmission_share;
+    double sheen_color[3], sheen_roughness, clearcoat, clearcoat_roughness;
     double anisotropy, anisotropy_rotation_deg;
     bool thin;
     double attenuation_color[3];

@@ -36,12 +36,13 @@ void lum_export_emission(const struct lum_record_material *m, double ret_emissio
 /* ---- diffuse transmission ---- */
 
 /* glTF has a share of the base that passes, in a colour of its own, and leaves the rest of the base's colour to what is
- * reflected; a data sheet has the two colours. The share is as large as the colour that passes needs it. False: glTF
- * cannot say both. */
+ * reflected; a data sheet has the two colours. The share is as large as the colour that passes needs it, or as the
+ * record says it. False: glTF cannot say both. */
 static bool split_base(const struct lum_record_material *m, double ret_base[3], double *ret_share, double ret_color[3])
 {
     double share = fmax(m->diffuse_transmittance[0], fmax(m->diffuse_transmittance[1], m->diffuse_transmittance[2]));
-    bool ok = true;
+    bool ok = !m->diffuse_transmission_texture.image[0] || m->diffuse_transmission_share >= share;
+    share = share > 0.0 ? fmax(share, m->diffuse_transmission_share) : 0.0;
     *ret_share = share;
     for (int i = 0; i < 3; i++) {
         double base = share < 1.0 ? m->base_color[i] / (1.0 - share) : 0.0;
@@ -64,6 +65,7 @@ static bool add_base(struct lum_exporting *x, cJSON *o, const struct lum_record_
         cJSON *ext = lum_glb_extension(x->glb, o, "KHR_materials_diffuse_transmission");
         ok = ext && lum_json_add_number(ext, "diffuseTransmissionFactor", share) &&
              add_numbers(ext, "diffuseTransmissionColorFactor", color, 3);
+        lum_export_texture(x, ext, "diffuseTransmissionTexture", &m->diffuse_transmission_texture);
     }
     ok = ok && add_numbers(pbr, "baseColorFactor", base, 4) &&
          lum_json_add_number(pbr, "metallicFactor", m->metallic) &&
@@ -79,15 +81,19 @@ static bool add_dielectric(struct lum_exporting *x, cJSON *o, const struct lum_r
     bool ok = true;
     if (m->ior != 1.5)
         ok = lum_json_add_number(lum_glb_extension(x->glb, o, "KHR_materials_ior"), "ior", m->ior);
-    if (m->specular != 1.0 || memcmp(m->specular_color, white, sizeof white) != 0) {
+    bool colored = memcmp(m->specular_color, white, sizeof white) != 0;
+    if (m->specular != 1.0 || colored || m->specular_texture.image[0] || m->specular_color_texture.image[0]) {
         cJSON *ext = lum_glb_extension(x->glb, o, "KHR_materials_specular");
         ok = ok && lum_json_add_number(ext, "specularFactor", m->specular) &&
              add_numbers(ext, "specularColorFactor", m->specular_color, 3);
+        lum_export_texture(x, ext, "specularTexture", &m->specular_texture);
+        lum_export_texture(x, ext, "specularColorTexture", &m->specular_color_texture);
     }
     if (m->transmission <= 0.0)
         return ok;
-    ok = ok && lum_json_add_number(lum_glb_extension(x->glb, o, "KHR_materials_transmission"), "transmissionFactor",
-                                   m->transmission);
+    cJSON *passes = lum_glb_extension(x->glb, o, "KHR_materials_transmission");
+    ok = ok && lum_json_add_number(passes, "transmissionFactor", m->transmission);
+    lum_export_texture(x, passes, "transmissionTexture", &m->transmission_texture);
     if (m->thin)
         return ok;
     cJSON *volume = lum_glb_extension(x->glb, o, "KHR_materials_volume");

@@ -21,8 +21,8 @@ struct texture {
 struct look {
     double base_color[4];
     double metallic, roughness, ior, specular, specular_color[3], transmission, normal_scale;
-    double diffuse_transmittance[3], sheen_color[3], sheen_roughness, clearcoat, clearcoat_roughness,
-        clearcoat_normal_scale;
+    double diffuse_transmittance[3], diffuse_transmission_share, sheen_color[3], sheen_roughness, clearcoat,
+        clearcoat_roughness, clearcoat_normal_scale;
     double anisotropy, anisotropy_rotation_deg;
     bool thin, has_attenuation, unlit, double_sided;
     double attenuation_color[3], attenuation_distance;
@@ -32,6 +32,7 @@ struct look {
     const char *alpha_mode;
     double alpha_cutoff;
     struct texture base_color_texture, metallic_roughness_texture, emission_texture, normal_texture, anisotropy_texture;
+    struct texture specular_texture, specular_color_texture, transmission_texture, diffuse_transmission_texture;
     struct texture clearcoat_texture, clearcoat_roughness_texture, clearcoat_normal_texture;
 };
 
@@ -132,13 +133,14 @@ static void read_dielectric(struct lum_gltf *g, const cJSON *o, struct look *m)
     if ((ext = lum_gltf_extension(g, o, "KHR_materials_specular"))) {
         m->specular = lum_gltf_clamped(g, ext, "specularFactor", 1.0, unit_range);
         lum_gltf_clamped_numbers(g, ext, "specularColorFactor", m->specular_color, 3, color_range);
-        if (lum_gltf_object(g, ext, "specularTexture") || lum_gltf_object(g, ext, "specularColorTexture"))
-            lum_gltf_warn(g, "the textures of KHR_materials_specular are not supported; its factors are used alone");
+        /* one picture may be both: of the alpha of how much it is all the same whether its colours are sRGB */
+        read_texture(g, ext, "specularTexture", false, &m->specular_texture);
+        read_texture(g, ext, "specularColorTexture", false, &m->specular_color_texture);
     }
     if ((ext = lum_gltf_extension(g, o, "KHR_materials_transmission"))) {
         m->transmission = lum_gltf_clamped(g, ext, "transmissionFactor", 0.0, unit_range);
-        if (lum_gltf_object(g, ext, "transmissionTexture"))
-            lum_gltf_warn(g, "transmissionTexture is not supported; transmissionFactor is used alone");
+        if (m->transmission > 0.0)
+            read_texture(g, ext, "transmissionTexture", true, &m->transmission_texture);
     }
     if ((ext = lum_gltf_extension(g, o, "KHR_materials_volume"))) {
         static const double metres[2] = {1e-9, LUM_LIMIT_COORD_M};
@@ -156,18 +158,21 @@ static void read_diffuse_transmission(struct lum_gltf *g, const cJSON *o, struct
     double color[3] = {1.0, 1.0, 1.0};
     const cJSON *ext = lum_gltf_extension(g, o, "KHR_materials_diffuse_transmission");
     bool metal = m->metallic >= 1.0 && !m->metallic_roughness_texture.image;
-    if (!ext || m->unlit || m->transmission >= 1.0 || metal) /* there is no diffuse base */
+    bool glass = m->transmission >= 1.0 && !m->transmission_texture.image;
+    if (!ext || m->unlit || glass || metal) /* there is no diffuse base */
         return;
     double share = lum_gltf_clamped(g, ext, "diffuseTransmissionFactor", 0.0, unit_range);
+    if (share > 0.0)
+        read_texture(g, ext, "diffuseTransmissionTexture", false, &m->diffuse_transmission_texture);
+    if (m->diffuse_transmission_texture.image)
+        share = m->diffuse_transmission_share = fmin(share, 0.999); /* of all, nothing would be left to tell */
     lum_gltf_clamped_numbers(g, ext, "diffuseTransmissionColorFactor", color, 3, unit_range);
     for (int i = 0; i < 3; i++) {
         m->diffuse_transmittance[i] = share * color[i];
         m->base_color[i] *= 1.0 - share;
     }
-    if (lum_gltf_object(g, ext, "diffuseTransmissionTexture") ||
-        lum_gltf_object(g, ext, "diffuseTransmissionColorTexture"))
-        lum_gltf_warn(g, "the textures of KHR_materials_diffuse_transmission are not supported; its factors are used "
-                         "alone");
+    if (lum_gltf_object(g, ext, "diffuseTransmissionColorTexture"))
+        lum_gltf_warn(g, "diffuseTransmissionColorTexture is not supported; its factor is used alone");
 }
 
 static void read_sheen(struct lum_gltf *g, const cJSON *o, struct look *m)
@@ -251,7 +256,8 @@ static void make_matt(struct lum_gltf *g, struct look *m)
 {
     m->metallic = m->specular = m->transmission = 0.0;
     m->roughness = 1.0;
-    m->metallic_roughness_texture = (struct texture){0};
+    m->metallic_roughness_texture = m->specular_texture = m->transmission_texture = (struct texture){0};
+    m->specular_color_texture = (struct texture){0};
     m->emission_cd_m2 = 0.0;
     lum_gltf_warn(g, "KHR_materials_unlit: taken as matt paint, lit by the scene's light");
 }
@@ -336,6 +342,7 @@ static void read_ours(struct lum_gltf *g, const cJSON *o, struct look *m)
         {"specular_color", m->specular_color, 3},
         {"transmission", &m->transmission, 1},
         {"diffuse_transmittance", m->diffuse_transmittance, 3},
+        {"diffuse_transmission_share", &m->diffuse_transmission_share, 1},
         {"sheen_color", m->sheen_color, 3},
         {"sheen_roughness", &m->sheen_roughness, 1},
         {"clearcoat", &m->clearcoat, 1},
@@ -399,9 +406,11 @@ static bool read_look(struct lum_gltf *g, const cJSON *o, struct look *m)
  * use another one are left out. */
 static uint32_t choose_uv_set(struct lum_gltf *g, struct look *m)
 {
-    struct texture *const all[] = {&m->base_color_texture,          &m->emission_texture,        &m->normal_texture,
-                                   &m->metallic_roughness_texture,  &m->anisotropy_texture,      &m->clearcoat_texture,
-                                   &m->clearcoat_roughness_texture, &m->clearcoat_normal_texture};
+    struct texture *const all[] = {
+        &m->base_color_texture,          &m->emission_texture,         &m->normal_texture,
+        &m->metallic_roughness_texture,  &m->anisotropy_texture,       &m->clearcoat_texture,
+        &m->clearcoat_roughness_texture, &m->clearcoat_normal_texture, &m->specular_texture,
+        &m->specular_color_texture,      &m->transmission_texture,     &m->diffuse_transmission_texture};
     const struct texture *first = NULL;
     for (size_t i = 0; i < LUM_ARRAY_LEN(all); i++) {
         if (!all[i]->image)
@@ -454,15 +463,21 @@ static enum lum_status send_look(struct lum_gltf *g, const char *id, const struc
     lum_op_number(&op, "ior", m->ior);
     lum_op_number(&op, "specular", m->specular);
     lum_op_numbers(&op, "specular_color", m->specular_color, 3);
+    put_texture(&op, "specular_texture", &m->specular_texture);
+    put_texture(&op, "specular_color_texture", &m->specular_color_texture);
     if (m->transmission > 0.0 || m->record) {
         lum_op_number(&op, "transmission", m->transmission);
+        put_texture(&op, "transmission_texture", &m->transmission_texture);
         lum_op_bool(&op, "thin", m->thin);
         lum_op_numbers(&op, "attenuation_color", m->attenuation_color, 3);
         if (m->has_attenuation)
             lum_op_number(&op, "attenuation_distance", m->attenuation_distance);
     }
-    if (m->diffuse_transmittance[0] + m->diffuse_transmittance[1] + m->diffuse_transmittance[2] > 0.0)
+    if (m->diffuse_transmittance[0] + m->diffuse_transmittance[1] + m->diffuse_transmittance[2] > 0.0) {
         lum_op_numbers(&op, "diffuse_transmittance", m->diffuse_transmittance, 3);
+        lum_op_number(&op, "diffuse_transmission_share", m->diffuse_transmission_share);
+        put_texture(&op, "diffuse_transmission_texture", &m->diffuse_transmission_texture);
+    }
     if (m->sheen_color[0] + m->sheen_color[1] + m->sheen_color[2] > 0.0 || m->record) {
         lum_op_numbers(&op, "sheen_color", m->sheen_color, 3);
         lum_op_number(&op, "sheen_roughness", m->sheen_roughness);

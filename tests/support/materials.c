@@ -57,6 +57,8 @@ struct lum_material brushed(struct lum_material m)
 static const float most_texels[3] = {0.7f, 0.5f, 0.0f}, white_texels[3] = {1.0f, 1.0f, 1.0f};
 static const struct lum_image most = {.texel = LUM_TEXEL_RGB32F, .width = 1, .height = 1, .pixels = most_texels},
                               white = {.texel = LUM_TEXEL_RGB32F, .width = 1, .height = 1, .pixels = white_texels};
+static const uint8_t veil_texels[4] = {200, 120, 40, 150}; /* its alpha counts, too */
+static const struct lum_image veil = {.texel = LUM_TEXEL_LINEAR8, .width = 1, .height = 1, .pixels = veil_texels};
 
 struct lum_material variant(int i, float roughness)
 {
@@ -156,6 +158,17 @@ struct lum_material variant(int i, float roughness)
         m.clearcoat = 0.7f;
         m.clearcoat_roughness = 0.4f;
         return brushed(m);
+    case 23: /* the same by textures */
+        m.thin = true;
+        m.metallic = 0.3f;
+        m.transmission = 1.0f;
+        m.base_color = lum_rgb(0.1f, 0.2f, 0.05f);
+        m.diffuse_transmittance = lum_rgb(0.8f, 0.5f, 0.3f);
+        m.diffuse_transmission_share = 0.9f;
+        m.specular_color = lum_rgb(3.0f, 5.0f, 9.0f);
+        m.specular_tex.image = m.specular_color_tex.image = m.transmission_tex.image =
+            m.diffuse_transmission_tex.image = &veil;
+        return m;
     default: /* a coated sheet, in part glass, in part metal */
         m.thin = true;
         m.metallic = m.transmission = 0.3f;

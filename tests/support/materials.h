@@ -22,7 +22,7 @@ struct lum_material brushed(struct lum_material m);
 /* Every branch of the mix. */
 struct lum_material variant(int i, float roughness);
 
-enum { N_VARIANTS = 23 };
+enum { N_VARIANTS = 24 };
 
 struct lum_surface surface(bool backface);
 struct lum_vec3 direction(double cos_theta, double phi);

@@ -21,7 +21,7 @@ static uint32_t pick(const struct random_item *item, uint32_t k, uint32_t n)
 }
 
 #define PICK(item, k, table) ((table)[pick(item, k, LUM_ARRAY_LEN(table))])
-enum { PICKS = 16 }; /* more than any item has */
+enum { PICKS = 30 }; /* more than any item has, and bits of plain */
 
 /* ---- meshes: all are there in every scene ---- */
 
@@ -142,6 +142,10 @@ static void put_material(struct rig *r, const char *id, const struct random_item
     m.clearcoat_texture.image = PICK(item, 23, pictures);
     m.clearcoat_roughness_texture.image = PICK(item, 24, pictures);
     m.clearcoat_normal_texture.image = PICK(item, 25, pictures);
+    m.specular_texture.image = PICK(item, 26, pictures);
+    m.specular_color_texture.image = PICK(item, 27, pictures);
+    m.transmission_texture.image = PICK(item, 28, pictures);
+    m.diffuse_transmission_texture.image = PICK(item, 29, pictures);
     m.sheen_color = lum_rgb(0.0f, PICK(item, 18, coats), 0.0f);
     m.sheen_roughness = PICK(item, 19, rough);
     m.anisotropy = PICK(item, 20, coats);
@@ -311,7 +315,7 @@ static void report(const struct random_scene *s, const char *name, const char *m
     for (uint32_t i = 0; i < RANDOM_ITEMS; i++) {
         size_t n = strlen(items);
         if (!s->items[i].gone && n < sizeof items)
-            snprintf(items + n, sizeof items - n, " %c (not plain:%04x)", (char)('a' + i),
+            snprintf(items + n, sizeof items - n, " %c (not plain:%08x)", (char)('a' + i),
                      ~s->items[i].plain & ((1u << PICKS) - 1u));
     }
     print_error("%s, %s, scene %llu with%s: %s\n", name, method, (unsigned long long)s->seed, items, what);

@@ -142,10 +142,10 @@ static void diffuse_transmission(void **state)
     const struct lum_record_material *m = import_material(
         *state, "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,0.5,0.2,1],\"metallicFactor\":0},\"extensions\":{"
                 "\"KHR_materials_diffuse_transmission\":{\"diffuseTransmissionFactor\":0.75,"
-                "\"diffuseTransmissionColorFactor\":[1,0.8,2],\"diffuseTransmissionTexture\":{\"index\":0}}}}");
+                "\"diffuseTransmissionColorFactor\":[1,0.8,2],\"diffuseTransmissionColorTexture\":{\"index\":0}}}}");
     assert_near_all(m->base_color, (double[]){0.25, 0.125, 0.05}, 3);
     assert_near_all(m->diffuse_transmittance, (double[]){0.75, 0.6, 0.75}, 3);
-    assert_true(kit_warned(*state, "KHR_materials_diffuse_transmission"));
+    assert_true(kit_warned(*state, "diffuseTransmissionColorTexture"));
     m = import_material(*state, "{\"extensions\":{\"KHR_materials_diffuse_transmission\":{}}}");
     assert_near_all(m->base_color, (double[]){1, 1, 1}, 3);
     assert_near_all(m->diffuse_transmittance, (double[]){0, 0, 0}, 3);
@@ -276,6 +276,54 @@ static void textures_of_a_clear_coat(void **state)
     assert_string_equal(m->clearcoat_texture.image, "");
 }
 
+/* Of gloss, glass and sheets. How much is alpha, or no colour; one picture may say how much reflects and of which
+ * colour. */
+static void textures_of_shares(void **state)
+{
+    struct kit *k = *state;
+    kit_write(k, "p.png", png, sizeof png);
+    const struct lum_record_material *m =
+        import_material(k, "{\"extensions\":{\"KHR_materials_specular\":{\"specularTexture\":{\"index\":0},"
+                           "\"specularColorTexture\":{\"index\":0}}}}");
+    assert_string_equal(m->specular_texture.image, "m/image/pic");
+    assert_string_equal(m->specular_color_texture.image, "m/image/pic");
+    assert_true(m->specular == 1.0);
+    assert_string_equal(kit_find(k, "m/image/pic")->image.texel, "srgb8");
+    assert_false(kit_warned(k, "specular"));
+    m = import_material(k, "{\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":0.5,"
+                           "\"transmissionTexture\":{\"index\":0,\"extensions\":{\"KHR_texture_transform\":{"
+                           "\"scale\":[2,3]}}}}}}");
+    assert_string_equal(m->transmission_texture.image, "m/image/pic");
+    assert_near_all(m->transmission_texture.scale, (double[]){2, 3}, 2);
+    assert_string_equal(kit_find(k, "m/image/pic")->image.texel, "linear8");
+    m = import_material(k, "{\"extensions\":{\"KHR_materials_transmission\":{\"transmissionTexture\":{\"index\":0}}}}");
+    assert_string_equal(m->transmission_texture.image, "");
+}
+
+/* The share is kept: where the texture says 0, the base has all of its colour again. Of a share of all there would be
+ * nothing left to say so. Glass in part is a sheet in part. */
+static void texture_of_a_sheet(void **state)
+{
+    struct kit *k = *state;
+    kit_write(k, "p.png", png, sizeof png);
+    const struct lum_record_material *m = import_material(
+        k, "{\"pbrMetallicRoughness\":{\"metallicFactor\":0,\"baseColorFactor\":[1,0.5,0.2,1]},\"extensions\":{"
+           "\"KHR_materials_diffuse_transmission\":{\"diffuseTransmissionFactor\":0.75,"
+           "\"diffuseTransmissionColorFactor\":[0.4,0.8,0.2],\"diffuseTransmissionTexture\":{\"index\":0}}}}");
+    assert_string_equal(m->diffuse_transmission_texture.image, "m/image/pic");
+    assert_near_all(m->base_color, (double[]){0.25, 0.125, 0.05}, 3);
+    assert_near_all(m->diffuse_transmittance, (double[]){0.3, 0.6, 0.15}, 3);
+    assert_true(m->diffuse_transmission_share == 0.75);
+    assert_false(kit_warned(k, "iffuse"));
+    m = import_material(k, "{\"pbrMetallicRoughness\":{\"metallicFactor\":0},\"extensions\":{"
+                           "\"KHR_materials_transmission\":{\"transmissionFactor\":1,\"transmissionTexture\":{"
+                           "\"index\":0}},\"KHR_materials_diffuse_transmission\":{\"diffuseTransmissionFactor\":1,"
+                           "\"diffuseTransmissionTexture\":{\"index\":0}}}}");
+    assert_true(m->diffuse_transmission_share == 0.999);
+    assert_near_all(m->base_color, (double[]){0.001, 0.001, 0.001}, 3);
+    assert_near_all(m->diffuse_transmittance, (double[]){0.999, 0.999, 0.999}, 3);
+}
+
 /* Directions are no colours. Without a strength there is nothing to direct. */
 static void texture_of_brushing(void **state)
 {
@@ -319,6 +367,8 @@ int main(void)
         TEST(textures),
         TEST(texture_of_brushing),
         TEST(textures_of_a_clear_coat),
+        TEST(textures_of_shares),
+        TEST(texture_of_a_sheet),
         TEST(missing_picture_is_a_warning),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

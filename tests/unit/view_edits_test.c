@@ -110,6 +110,9 @@ static void edit_material(struct editor *e, uint32_t k)
     m.normal_texture.image = maybe_image(e);
     m.anisotropy = chance(e, 0.3) ? share(e) : 0.0f;
     m.anisotropy_texture.image = maybe_image(e);
+    m.specular_texture.image = m.specular_color_texture.image = m.emission_texture.image;
+    m.transmission_texture.image = m.normal_texture.image;
+    m.diffuse_transmission_texture.image = m.anisotropy_texture.image;
     note(e, "material", materials[k]);
     rig_material(&e->rig, materials[k], &m);
 }

@@ -133,12 +133,22 @@ export interface Material {
     ior?: number;
     /** 0 to 1; default 1; scales the dielectric reflection; 0: purely diffuse */
     specular?: number;
+    /** alpha multiplies specular */
+    specular_texture?: Texture | null;
     /** 3; 0 to 100; default 1 1 1 */
     specular_color?: readonly [number, number, number];
+    /** sRGB, multiplies specular_color */
+    specular_color_texture?: Texture | null;
     /** 0 to 1; default 0; share of light that passes through */
     transmission?: number;
+    /** R multiplies transmission */
+    transmission_texture?: Texture | null;
     /** 3; 0 to 1; default 0 0 0; of paper, cloth, opal: what leaves the far side evenly; with base_color at most 1 */
     diffuse_transmittance?: readonly [number, number, number];
+    /** alpha multiplies diffuse_transmittance */
+    diffuse_transmission_texture?: Texture | null;
+    /** 0 to 0.999; default 0; with that texture at alpha a the base reflects base_color * (1 - share * a) / (1 - share) */
+    diffuse_transmission_share?: number;
     /** 3; 0 to 1; default 0 0 0; of the fuzz of cloth, seen where the surface turns away */
     sheen_color?: readonly [number, number, number];
     /** 0 to 1; default 0; of that; below 0.27 it is as at 0.27 */

@@ -79,9 +79,14 @@ class Material(TypedDict, total=False):
     normal_scale: float  # -100 to 100; default 1
     ior: float  # 1 to 4; default 1.5; index of refraction
     specular: float  # 0 to 1; default 1; scales the dielectric reflection; 0: purely diffuse
+    specular_texture: Texture | None  # alpha multiplies specular
     specular_color: Sequence[float]  # 3; 0 to 100; default 1 1 1
+    specular_color_texture: Texture | None  # sRGB, multiplies specular_color
     transmission: float  # 0 to 1; default 0; share of light that passes through
+    transmission_texture: Texture | None  # R multiplies transmission
     diffuse_transmittance: Sequence[float]  # 3; 0 to 1; default 0 0 0; of paper, cloth, opal: what leaves the far side evenly; with base_color at most 1
+    diffuse_transmission_texture: Texture | None  # alpha multiplies diffuse_transmittance
+    diffuse_transmission_share: float  # 0 to 0.999; default 0; with that texture at alpha a the base reflects base_color * (1 - share * a) / (1 - share)
     sheen_color: Sequence[float]  # 3; 0 to 1; default 0 0 0; of the fuzz of cloth, seen where the surface turns away
     sheen_roughness: float  # 0 to 1; default 0; of that; below 0.27 it is as at 0.27
     clearcoat: float  # 0 to 1; default 0; how much of a clear lacquer lies over all of it

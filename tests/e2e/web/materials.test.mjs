@@ -108,3 +108,19 @@ test('two people see each other’s changes, and each takes back only what is th
     await other.page.close();
     assert.deepEqual([...tab.watch.errors, ...other.watch.errors], []);
 });
+
+test('haze of a thin pane sets its roughness, and is told back', async () => {
+    await edit(() => panelOf(page).getByLabel('Finish').selectOption('Satin glass'));
+    // Of GGX r^4 / (r^4 + tan^2 1.25°)
+    await eventually(async () => (await number(page, 'Haze').inputValue()) === '99.2', () => number(page, 'Haze').inputValue());
+    await edit(async () => {
+        await number(page, 'Haze').fill('30');
+        await page.keyboard.press('Enter');
+    });
+    assert.equal(await number(page, 'Roughness').inputValue(), '0.12');
+    assert.equal(await number(page, 'Haze').inputValue(), '30');
+    assert.equal(await slider(page, 'Haze').getAttribute('aria-valuetext'), '30 percent');
+    assert.deepEqual(await violations(page), []);
+    await edit(() => panelOf(page).getByRole('checkbox', { name: 'Thin pane: it bends nothing' }).click());
+    assert.equal(await slider(page, 'Haze').count(), 0);
+});

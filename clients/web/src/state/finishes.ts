@@ -58,6 +58,8 @@ export const FINISHES: readonly Finish[] = [
 /** A surface of no particular kind, without pictures. Its light, if it has any, is not a matter of its finish. */
 const PLAIN: JsonObject = {
     ...{ base_color_texture: null, metallic_roughness_texture: null, normal_texture: null, anisotropy_texture: null },
+    ...{ specular_texture: null, specular_color_texture: null, transmission_texture: null, diffuse_transmission_texture: null },
+    ...{ clearcoat_texture: null, clearcoat_roughness_texture: null, clearcoat_normal_texture: null, diffuse_transmission_share: 0 },
     ...{ metallic: 0, roughness: 1, ior: 1.5, specular: 1, specular_color: [1, 1, 1] },
     ...{ transmission: 0, diffuse_transmittance: [0, 0, 0], thin: false, attenuation_color: [1, 1, 1], attenuation_distance: null },
     ...{ sheen_color: [0, 0, 0], sheen_roughness: 0, clearcoat: 0, clearcoat_roughness: 0, anisotropy: 0, anisotropy_rotation_deg: 0 },

@@ -126,6 +126,39 @@ export function sheetFor(m: Fields, tau: number): Vec3 {
     return rounded([of[0] * s, of[1] * s, of[2] * s]);
 }
 
+/** Haze as data sheets have it (ASTM D1003, ISO 14782): of light along the normal that passes, what leaves by more than this. */
+const HAZE_ANGLE = (2.5 * Math.PI) / 180;
+/** Below this the renderer has facets in a plane. */
+const SMOOTH_ALPHA = 1e-3;
+
+/** Facets of a thin pane (GGX) that lean by more than half the angle send light out of the cone. */
+function facetHaze(roughness: number): number {
+    const alpha = roughness ** 2;
+    return alpha < SMOOTH_ALPHA ? 0 : alpha ** 2 / (alpha ** 2 + Math.tan(HAZE_ANGLE / 2) ** 2);
+}
+
+/** Of a thin pane. What passes evenly, where it is a sheet in part, is haze but for its share within the cone. */
+export function hazeOf(m: Fields): number {
+    const all = lightOf(m).tau;
+    const glass = lightOf({ ...m, diffuse_transmittance: [...BLACK] }).tau;
+    const even = (all - glass) * Math.cos(HAZE_ANGLE) ** 2;
+    return all > 0 ? (glass * facetHaze(amountOf(m, 'roughness')) + even) / all : 0;
+}
+
+/** The roughness with which it has so much haze, or comes nearest to it; five digits are a hundredth of a percent. */
+export function roughnessFor(m: Fields, haze: number): number {
+    let low = 0, high = 1;
+    for (let i = 0; i < 40; i++) {
+        const middle = (low + high) / 2;
+        if (hazeOf({ ...m, roughness: middle }) < haze) low = middle;
+        else high = middle;
+    }
+    return Math.round(1e5 * high) / 1e5;
+}
+
+/** True where roughness alone says how hazy it is. */
+export const hasHaze = (m: Fields): boolean => m.thin === true && isUsed(m, 'glass') && !isUsed(m, 'brushed') && amountOf(m, 'ior') > 1 && lightOf(m).tau > 0;
+
 /** Parts of a material that most have not. */
 export const PARTS = ['lacquer', 'brushed', 'glass', 'sheet', 'cloth', 'glow'] as const;
 export type Part = (typeof PARTS)[number];
@@ -150,6 +183,13 @@ export function mapsOf(m: SceneRecord): string[] {
         ['base_color_texture', 'colour'],
         ['metallic_roughness_texture', 'roughness and metal'],
         ['normal_texture', 'relief'],
+        ['specular_texture', 'gloss'],
+        ['specular_color_texture', 'the colour of gloss'],
+        ['transmission_texture', 'glass'],
+        ['diffuse_transmission_texture', 'transmittance'],
+        ['clearcoat_texture', 'lacquer'],
+        ['clearcoat_roughness_texture', 'its roughness'],
+        ['clearcoat_normal_texture', 'its relief'],
         ['anisotropy_texture', 'brushing'],
         ['emission_texture', 'light'],
     ];

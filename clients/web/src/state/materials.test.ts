@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { FINISHES, fieldsOf, finishOf } from './finishes';
-import { baseFor, isUsed, lightOf, sheetFor, within } from './material';
+import { baseFor, hasHaze, hazeOf, isUsed, lightOf, mapsOf, roughnessFor, sheetFor, within } from './material';
 
 const near = (a: number, b: number, most: number, what: string): void => assert.ok(Math.abs(a - b) <= most, `${what}: ${a}, not ${b}`);
 
@@ -39,6 +39,32 @@ test('a sheet never gives more than it gets', () => {
             for (const v of c) assert.ok(v >= 0 && v + odd <= 1 && v + odd > 1 - 2e-4, `${v} beside ${odd}`);
         }
     }
+});
+
+test('haze of a thin pane is that of its facets, and comes back from the roughness that it asks for', () => {
+    const pane = { base_color: [0.9, 0.9, 0.9], transmission: 1, thin: true, roughness: 0 };
+    assert.equal(hazeOf(pane), 0);
+    // Half of GGX's facets lean by more than 1.25 degrees where that is alpha: numeric.bsdf_limits has it of the renderer.
+    near(roughnessFor(pane, 0.5), Math.sqrt(Math.tan((1.25 * Math.PI) / 180)), 1e-5, 'half');
+    for (const haze of [0.003, 0.01, 0.1, 0.3, 0.5, 0.9, 0.99, 0.999]) near(hazeOf({ ...pane, roughness: roughnessFor(pane, haze) }), haze, 1e-4, `${haze}`);
+    assert.ok(roughnessFor(pane, 0) < 1e-4, 'clear');
+    assert.equal(roughnessFor(pane, 1), 1, 'as hazy as it can be');
+    let before = -1;
+    for (let r = 0; r <= 1; r += 0.01) {
+        const haze = hazeOf({ ...pane, roughness: r });
+        assert.ok(haze >= before && haze <= 1, `${r}`);
+        before = haze;
+    }
+    // A sheet in part: what it passes evenly is haze whatever its roughness, but for sin^2 of 2.5 degrees.
+    const opal = { ...pane, base_color: [0.3, 0.3, 0.3], transmission: 0.5, specular: 0, diffuse_transmittance: [0.6, 0.6, 0.6] };
+    near(hazeOf(opal), (0.3 / 0.45) * Math.cos((2.5 * Math.PI) / 180) ** 2, 1e-9, 'opal');
+    near(hazeOf({ ...opal, roughness: roughnessFor(opal, 0.8) }), 0.8, 1e-4, 'frosted opal');
+    for (const other of [{ thin: false }, { transmission: 0 }, { anisotropy: 0.5 }, { ior: 1 }, { base_color: [0, 0, 0] }]) assert.equal(hasHaze({ ...pane, ...other }), false);
+    assert.equal(hasHaze(pane), true);
+});
+
+test('pictures of a material are named', () => {
+    assert.deepEqual(mapsOf({ type: 'material', id: 'm', specular_texture: { image: 'a' }, transmission_texture: null, clearcoat_texture: { image: 'a' } }), ['gloss', 'lacquer']);
 });
 
 test('every finish has what it states, fits its sheet, and is known again', () => {

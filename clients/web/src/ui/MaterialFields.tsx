@@ -5,7 +5,7 @@ import { linearScale, logScale, type Scale } from '../lib/scale';
 import type { Vec3 } from '../lib/vec';
 import type { Json } from '../protocol/rpc';
 import type { SceneRecord } from '../protocol/types';
-import { amountOf, baseFor, colourOf, lightOf, sheetFor, within, type Part } from '../state/material';
+import { amountOf, baseFor, colourOf, hasHaze, hazeOf, lightOf, roughnessFor, sheetFor, within, type Part } from '../state/material';
 import { useApp } from './context';
 import { Dial } from './Dial';
 import { NumberField } from './NumberField';
@@ -171,6 +171,7 @@ function Glass({ m }: FieldProps) {
                 <input type="checkbox" checked={thin} onChange={(e) => edits.setOnce(m.id, '/thin', e.currentTarget.checked)} />
                 <span>Thin pane: it bends nothing</span>
             </label>
+            {hasHaze(m) && <Haze m={m} />}
             {!thin && (
                 <>
                     <ColourField m={m} label="Tint inside" colour={colourOf(m, 'attenuation_color')} field="attenuation_color" />
@@ -185,6 +186,27 @@ function Glass({ m }: FieldProps) {
                 </>
             )}
         </>
+    );
+}
+
+/** Of what a thin pane lets through, as its data sheet has it. */
+function Haze({ m }: FieldProps) {
+    const { edits, mayEdit } = useApp();
+    const value = tenth(hazeOf(m));
+    const at = (percent: number): Json => roughnessFor(m, percent / 100);
+    return (
+        <Dial
+            label="Haze"
+            value={value}
+            unit="%"
+            limits={[0, 100]}
+            scale={PERCENT}
+            spoken={`${number(value)} percent`}
+            disabled={!mayEdit.value}
+            onInput={(v) => edits.set(m.id, '/roughness', at(v))}
+            onCommit={(v) => edits.setOnce(m.id, '/roughness', at(v))}
+            onEnd={() => edits.endGesture()}
+        />
     );
 }
 
