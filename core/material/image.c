@@ -43,14 +43,20 @@ static struct taps taps_at(float x, uint32_t n, enum lum_wrap wrap)
     return t;
 }
 
-static struct lum_texel_value fetch(const struct lum_image *image, uint32_t x, uint32_t y)
+static const void *texel_at(const struct lum_image *image, uint32_t x, uint32_t y)
 {
     size_t i = (size_t)y * image->width + x;
+    return (const char *)image->pixels + i * (image->texel == LUM_TEXEL_RGB32F ? 3 * sizeof(float) : 4);
+}
+
+static struct lum_texel_value fetch(const struct lum_image *image, uint32_t x, uint32_t y)
+{
+    const void *texel = texel_at(image, x, y);
     if (image->texel == LUM_TEXEL_RGB32F) {
-        const float *f = (const float *)image->pixels + 3 * i;
+        const float *f = texel;
         return (struct lum_texel_value){{f[0], f[1], f[2]}, 1.0f};
     }
-    const uint8_t *b = (const uint8_t *)image->pixels + 4 * i;
+    const uint8_t *b = texel;
     float a = (float)b[3] * (1.0f / 255.0f);
     if (image->texel == LUM_TEXEL_SRGB8)
         return (struct lum_texel_value){
@@ -76,11 +82,25 @@ struct lum_texel_value lum_image_sample(const struct lum_image *image, struct lu
     return lerp(top, bottom, y.w);
 }
 
+static struct lum_vec2 image_uv(const struct lum_texture *texture, struct lum_vec2 uv)
+{
+    const float(*m)[3] = texture->m;
+    return (struct lum_vec2){m[0][0] * uv.x + m[0][1] * uv.y + m[0][2], m[1][0] * uv.x + m[1][1] * uv.y + m[1][2]};
+}
+
 struct lum_texel_value lum_texture_sample(const struct lum_texture *texture, struct lum_vec2 uv)
 {
     if (!texture->image)
         return (struct lum_texel_value){{1.0f, 1.0f, 1.0f}, 1.0f};
-    const float(*m)[3] = texture->m;
-    struct lum_vec2 t = {m[0][0] * uv.x + m[0][1] * uv.y + m[0][2], m[1][0] * uv.x + m[1][1] * uv.y + m[1][2]};
-    return lum_image_sample(texture->image, t, texture->wrap_u, texture->wrap_v);
+    return lum_image_sample(texture->image, image_uv(texture, uv), texture->wrap_u, texture->wrap_v);
+}
+
+void lum_texture_ask(const struct lum_texture *texture, struct lum_vec2 uv)
+{
+    const struct lum_image *image = texture->image;
+    struct lum_vec2 t = image_uv(texture, uv);
+    struct taps x = taps_at(texel_coordinate(t.x, image->width, texture->wrap_u), image->width, texture->wrap_u);
+    struct taps y = taps_at(texel_coordinate(t.y, image->height, texture->wrap_v), image->height, texture->wrap_v);
+    for (int k = 0; k < 4; k++)
+        lum_ask_memory(texel_at(image, x.i[k & 1], y.i[k >> 1]));
 }

@@ -83,6 +83,15 @@ struct lum_rgb lum_material_transmittance(const struct lum_material *m, float di
     return lum_rgb(expf(-m->sigma_a.r * distance), expf(-m->sigma_a.g * distance), expf(-m->sigma_a.b * distance));
 }
 
+void lum_material_ask(const struct lum_material *m, struct lum_vec2 uv)
+{
+#define ASK(SLOT, name)                                                                                                \
+    if (m->name##_tex.image)                                                                                           \
+        lum_texture_ask(&m->name##_tex, uv);
+    LUM_TEXTURES(ASK)
+#undef ASK
+}
+
 static struct lum_rgb base_color(const struct lum_material *m, struct lum_vec2 uv, struct lum_rgb vertex_color)
 {
     struct lum_rgb tex = lum_texture_sample(&m->base_color_tex, uv).rgb;

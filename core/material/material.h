@@ -32,6 +32,8 @@ struct lum_texture {
 };
 /* 1 when there is no image. uv is the mesh's; may be anything. */
 struct lum_texel_value lum_texture_sample(const struct lum_texture *texture, struct lum_vec2 uv);
+/* Asks memory for the texels that lum_texture_sample would read. There is an image. */
+void lum_texture_ask(const struct lum_texture *texture, struct lum_vec2 uv);
 
 struct lum_brushed_table;
 struct lum_material {
@@ -54,6 +56,9 @@ struct lum_material {
     bool thin, unlit, front_emission; /* front_emission: from the side that triangles wind around alone */
     char id[LUM_ID_MAX + 1];
 };
+
+/* Asks memory for the texels of all its maps at uv together, so that nobody waits for one after the other. */
+void lum_material_ask(const struct lum_material *m, struct lum_vec2 uv);
 
 /* True when the material lets light through or mirrors without spread, so that a deferred method must recurse. Where a
  * texture sets the roughness, of a clear coat too, or how far it is brushed, it is never below LUM_ALPHA_MIN, so that

@@ -156,9 +156,11 @@ static void surfaces_tile(const struct lum_pass *pass, uint32_t tile, struct lum
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     struct lum_rays rays;
     lum_tile_center_rays(pass, tile, &rays);
-    for (uint32_t i = 0; i < rays.n; i++)
+    for (uint32_t i = 0; i < rays.n; i++) {
+        lum_snapshot_ask_ahead(pass->snapshot, &pass->gbuffer->tiles[tile], i, rays.n);
         fill_pixel(pass, &pass->gbuffer->tiles[tile], i, lum_rays_direction(&rays, i),
                    (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w);
+    }
     lum_memo_set(&pass->surfaces->made, tile, 1);
 }
 

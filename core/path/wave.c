@@ -388,8 +388,10 @@ void lum_wave_step(struct lum_wave *w, uint32_t depth)
     if (w->media && !w->hits.white)
         lum_wave_cross_media(w, depth);
     w->rays.n = 0;
-    for (uint32_t i = 0; i < n; i++)
+    for (uint32_t i = 0; i < n; i++) {
+        lum_snapshot_ask_ahead(w->snapshot, &w->hits, i, n);
         shade(w, i, depth);
+    }
     lum_wave_trace_shadows(w);
 }
 

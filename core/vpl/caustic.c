@@ -201,8 +201,10 @@ static void emit_batch(void *ctx, uint32_t batch, uint32_t worker)
         w.counters->rays[LUM_RAY_VPL] += n_rays;
         lum_trace_closest(&trace, &w.rays, &w.hits);
         w.rays.n = 0;
-        for (uint32_t i = 0; i < n_rays; i++) /* path i is read before a path j <= i is written */
+        for (uint32_t i = 0; i < n_rays; i++) { /* path i is read before a path j <= i is written */
+            lum_snapshot_ask_ahead(w.snapshot, &w.hits, i, n_rays);
             visit(&w, i);
+        }
     }
 }
 

@@ -419,8 +419,10 @@ static void walk_batch(struct lum_vpl_walk *w, uint32_t first, uint32_t n)
         uint32_t n_rays = w->rays.n;
         w->counters->rays[LUM_RAY_VPL] += lum_known_closest(w->known, &trace, &w->rays, &w->hits);
         w->rays.n = 0;
-        for (uint32_t i = 0; i < n_rays; i++) /* path i is read before a path j <= i is written */
+        for (uint32_t i = 0; i < n_rays; i++) { /* path i is read before a path j <= i is written */
+            lum_snapshot_ask_ahead(w->snapshot, &w->hits, i, n_rays);
             visit(w, i);
+        }
     }
 }
 

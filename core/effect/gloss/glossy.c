@@ -57,6 +57,7 @@ static void add_paths(const struct lum_pass *pass, uint32_t tile, const bool *st
     for (uint32_t i = 0; i < eye.n; i++) {
         uint32_t x = r.x + i % r.w, y = r.y + i / r.w;
         size_t pixel = pixel_of(pass, &r, i);
+        lum_snapshot_ask_ahead(w->snapshot, &pass->gbuffer->tiles[tile], i, eye.n);
         if (!stale[i] || !(pass->surfaces->kind[pixel] & LUM_PIXEL_GLOSS))
             continue;
         struct lum_vec3 d = lum_rays_direction(&eye, i), wo = lum_v3_neg(d);

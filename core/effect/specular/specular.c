@@ -501,8 +501,10 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
         struct lum_trace trace = lum_trace_of(pass->snapshot, counters);
         lum_trace_closest(&trace, &t.rays, &t.hits);
         remember_batch(&t, n);
-        for (uint32_t i = 0; i < n; i++)
+        for (uint32_t i = 0; i < n; i++) {
+            lum_snapshot_ask_ahead(&pass->layers->unit, &t.hits, i, n);
             visit(&t, i);
+        }
     }
     for (uint32_t faint = 0; faint <= FAR_SIDES; faint++)
         shade_vertices(&t, faint);
