@@ -52,6 +52,7 @@ struct lum_material {
     struct lum_rgb sigma_a;                  /* absorption inside a solid, per scene unit */
     float metallic, roughness, ior, specular, transmission, normal_scale, alpha, alpha_cutoff;
     enum lum_alpha_mode alpha_mode;
+    bool has_maps;                    /* one at least of its textures has an image */
     bool straight;                    /* a solid that bends no light where it is smooth */
     bool thin, unlit, front_emission; /* front_emission: from the side that triangles wind around alone */
     char id[LUM_ID_MAX + 1];

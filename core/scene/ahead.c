@@ -7,19 +7,12 @@
 #include "core/scene/snapshot.h"
 #include "core/scene/surface.h"
 
-static bool has_maps(const struct lum_material *m)
-{
-#define OR_MAP(SLOT, name) || m->name##_tex.image
-    return false LUM_TEXTURES(OR_MAP);
-#undef OR_MAP
-}
-
 /* NULL: it has no maps, or is the background or a lamp's own shape. Vertices alone are not worth asking for:
  * it took a thirtieth of a sample of path in the office, whose few are at hand anyway. */
 static const struct lum_instance *mapped_instance(const struct lum_snapshot *s, uint32_t object)
 {
     const struct lum_instance *instance = object < s->n_instances ? &s->instances[object] : NULL;
-    return instance && instance->mesh->uvs && has_maps(&s->materials[instance->material]) ? instance : NULL;
+    return instance && instance->mesh->uvs && s->materials[instance->material].has_maps ? instance : NULL;
 }
 
 static const uint32_t *triangle_of(const struct lum_instance *instance, const struct lum_hits *hits, uint32_t i)

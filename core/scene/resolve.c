@@ -42,7 +42,9 @@ static void resolve_material(struct lum_material *out, const struct lum_material
                              const struct lum_normalisation *norm, bool straight_glass)
 {
     const struct lum_material_desc *d = &entry->desc;
-#define RESOLVE(SLOT, name) resolve_texture(&out->name##_tex, &d->name##_texture, entry->images[LUM_SLOT_##SLOT]);
+#define RESOLVE(SLOT, name)                                                                                            \
+    resolve_texture(&out->name##_tex, &d->name##_texture, entry->images[LUM_SLOT_##SLOT]);                             \
+    out->has_maps |= out->name##_tex.image != NULL;
     LUM_TEXTURES(RESOLVE)
     out->base_color = d->base_color;
     out->specular_color = d->specular_color;
