@@ -62,8 +62,8 @@
 #define LUM_LIMIT_VIEWS_PER_SESSION 8u
 #define LUM_LIMIT_VIEWS 64u               /* of all sessions: one each; they take turns */
 #define LUM_LIMIT_VIEWS_PIXELS (1u << 25) /* all views together: 1.6 GiB of film */
-#define LUM_LIMIT_VIDEOS 16u              /* encoders of video: as many hands that move over thin lines */
-#define LUM_LIMIT_VIDEO_PIXELS (1u << 22) /* of all of them: 82 B a pixel, and 20 MiB each: 660 MiB */
+#define LUM_LIMIT_VIDEOS 16u              /* encoders of video: as many hands over thin lines, while pixels last */
+#define LUM_LIMIT_VIDEO_PIXELS (1u << 22) /* of all of them, as they move; 82 B a pixel, and 20 MiB each: 660 MiB */
 #define LUM_LIMIT_SPP 65536u
 #define LUM_LIMIT_SOLO 16u                  /* names of lamps and groups that a view shows alone */
 #define LUM_LIMIT_FALSE_COLOR 1e12          /* lx or cd/m2 of a scale: the sun's disc has 1.6e9 cd/m2 */

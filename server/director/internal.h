@@ -125,7 +125,7 @@ void lum_director_refresh_views(struct lum_director *d, int64_t received_ns);
 /* The view that the request names. NULL: the session has none of that number, as err says unless it is NULL. */
 struct lum_server_view *lum_director_view_of(struct lum_director *d, const struct lum_request *q,
                                              struct lum_proto_error *err);
-/* Sends every frame that is due now. Returns how long until the next one will be; INT64_MAX: none waits for time. */
+/* Sends frames that are due, closes videos that nobody uses. How long until the next of it; INT64_MAX: no time set. */
 int64_t lum_director_publish_due(struct lum_director *d);
 struct lum_server_view *lum_director_choose_view(struct lum_director *d);
 void lum_director_run_pass(struct lum_director *d, struct lum_server_view *v);

@@ -36,10 +36,11 @@ struct lum_rest {
 
 struct lum_view_video {
     struct lum_video of;
-    bool anew;         /* the client lacks what the next chunk would be based on */
-    uint64_t skipped;  /* of the stream, by then */
-    double interval_s; /* of its pictures, the newest with the most weight; 0: not known */
-    int64_t failed_ns; /* when there was no room or memory; 0: there was */
+    bool anew;              /* the client lacks what the next chunk would be based on */
+    uint64_t skipped;       /* of the stream, by then */
+    double interval_s;      /* of its pictures, the newest with the most weight; 0: not known */
+    int64_t failed_ns;      /* when there was no room or memory; 0: there was */
+    uint64_t failed_pixels; /* for a picture of so many */
 };
 
 struct lum_server_view {

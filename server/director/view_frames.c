@@ -28,12 +28,20 @@ static bool reads_webp(const struct lum_server_view *v)
     return lum_webp_available() && (v->codec == LUM_CODEC_WEBP || v->want.codecs >> LUM_CODEC_WEBP & 1u);
 }
 
+static uint64_t n_pixels(const struct lum_film *film)
+{
+    return (uint64_t)film->w * film->h;
+}
+
+/* Asked of the pictures that move: those at rest are none of a video's. */
 static bool reads_vp9(const struct lum_server_view *v)
 {
-    const struct lum_film *film = lum_view_film(lum_rest_shown_core(v));
+    const struct lum_film *film = lum_view_film(v->core);
+    const struct lum_view_video *video = &v->video;
+    bool failed = video->failed_ns > 0 && n_pixels(film) >= video->failed_pixels &&
+                  lum_clock_ns() - video->failed_ns <= VIDEO_AGAIN_NS;
     return lum_vp9_available() && v->want.codecs >> LUM_CODEC_VP9 & 1u && v->want.downscale == 0 &&
-           lum_video_fits(film->w, film->h) &&
-           (v->video.failed_ns == 0 || lum_clock_ns() - v->video.failed_ns > VIDEO_AGAIN_NS);
+           lum_video_fits(film->w, film->h) && !failed;
 }
 
 static int64_t later(int64_t a_ns, int64_t b_ns)
@@ -106,14 +114,18 @@ static uint16_t error_field(const struct lum_server_view *v)
 /* Only between JPEG and what serves in its place: other codecs were meant as they were named. */
 static struct lum_coding coding(struct lum_server_view *v, uint32_t threads, double line_bytes_s)
 {
-    if (v->codec != LUM_CODEC_JPEG)
-        return (struct lum_coding){v->codec, (uint8_t)v->want.quality};
-    return lum_coding_choose(&v->coding, v->want.quality,
-                             &(struct lum_coding_line){.bytes_s = line_bytes_s,
-                                                       .threads = threads,
-                                                       .webp = reads_webp(v),
-                                                       .vp9 = reads_vp9(v),
-                                                       .colors = v->overlay.classes != NULL});
+    struct lum_coding c = {v->codec, (uint8_t)v->want.quality};
+    if (v->codec == LUM_CODEC_JPEG)
+        c = lum_coding_choose(&v->coding, v->want.quality,
+                              &(struct lum_coding_line){.bytes_s = line_bytes_s,
+                                                        .threads = threads,
+                                                        .webp = reads_webp(v),
+                                                        .vp9 = reads_vp9(v),
+                                                        .rest = v->rest.shown,
+                                                        .colors = v->overlay.classes != NULL});
+    if (v->codec != LUM_CODEC_JPEG || !lum_coding_is_video(&v->coding))
+        lum_video_close(&v->video.of);
+    return c;
 }
 
 /* Of a picture at rest WebP takes a tenth to a third fewer bytes than PNG, in about the same time. */
@@ -232,6 +244,7 @@ static enum lum_status encode_video(struct lum_server_view *v, struct lum_encode
                                         .key = v->video.anew || skipped != v->video.skipped};
     enum lum_status st = lum_video_run(&v->video.of, encoder, picture, &want, &ret_tiles[0], err);
     v->video.failed_ns = st ? lum_clock_ns() : 0;
+    v->video.failed_pixels = n_pixels(picture->film);
     if (st)
         return st;
     v->video.anew = false;

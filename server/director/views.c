@@ -344,7 +344,7 @@ static int64_t publish_if_due(struct lum_director *d, struct lum_server_view *v)
 
 int64_t lum_director_publish_due(struct lum_director *d)
 {
-    int64_t wait_ns = INT64_MAX;
+    int64_t wait_ns = lum_video_close_unused(lum_encoder_videos(d->encoder), lum_clock_ns());
     for (struct lum_server_view *v = d->views; v; v = v->next) {
         int64_t w = publish_if_due(d, v);
         wait_ns = w < wait_ns ? w : wait_ns;

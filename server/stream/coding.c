@@ -85,14 +85,14 @@ static bool has_like(uint32_t quality, bool colors)
 }
 
 /* Encoding, and the line. */
-static double seconds(const struct lum_coding_state *s, int step, uint32_t quality, const struct lum_coding_line *line)
+static double seconds(const struct lum_coding_notes *s, int step, uint32_t quality, const struct lum_coding_line *line)
 {
     return s->n_pixels * ns_pixel(step) * s->slowness * 1e-9 / line->threads +
            s->plain_bytes * share(step, quality) / line->bytes_s;
 }
 
 /* Of those with tiles. */
-static int better_tiles(const struct lum_coding_state *s, uint32_t quality, const struct lum_coding_line *line)
+static int better_tiles(const struct lum_coding_notes *s, uint32_t quality, const struct lum_coding_line *line)
 {
     double jpeg = seconds(s, STEP_JPEG, quality, line), webp = seconds(s, STEP_WEBP, quality, line),
            rough = seconds(s, STEP_WEBP_ROUGH, quality, line);
@@ -121,7 +121,7 @@ static int last_tiles(const struct lum_coding_line *line)
     return !line->webp ? STEP_JPEG : line->colors ? STEP_WEBP : STEP_WEBP_ROUGH;
 }
 
-static int better_step(const struct lum_coding_state *s, uint32_t quality, const struct lum_coding_line *line)
+static int better_step(const struct lum_coding_notes *s, uint32_t quality, const struct lum_coding_line *line)
 {
     double fewest = seconds(s, last_tiles(line), quality, line);
     if (s->step == STEP_VIDEO)
@@ -130,13 +130,13 @@ static int better_step(const struct lum_coding_state *s, uint32_t quality, const
 }
 
 /* Without a better one: what is not to be had any more is left. */
-static int same_step(const struct lum_coding_state *s, const struct lum_coding_line *line)
+static int same_step(const struct lum_coding_notes *s, const struct lum_coding_line *line)
 {
     bool gone = s->step == STEP_VIDEO ? !line->vp9 || line->colors : s->step > last_tiles(line);
     return gone ? last_tiles(line) : s->step;
 }
 
-struct lum_coding lum_coding_choose(struct lum_coding_state *s, uint32_t quality, const struct lum_coding_line *line)
+static struct lum_coding choose(struct lum_coding_notes *s, uint32_t quality, const struct lum_coding_line *line)
 {
     int step = same_step(s, line);
     if (step == s->step && s->stay == 0 && s->plain_bytes > 0.0 && line->bytes_s > 0.0)
@@ -147,6 +147,21 @@ struct lum_coding lum_coding_choose(struct lum_coding_state *s, uint32_t quality
         s->stay = STAY_FRAMES;
     s->step = step;
     return of_step(step, quality);
+}
+
+struct lum_coding lum_coding_choose(struct lum_coding_state *s, uint32_t quality, const struct lum_coding_line *line)
+{
+    struct lum_coding_line tiles = *line;
+    tiles.vp9 = false;
+    if (line->rest && !s->rests)
+        s->rest = s->moving;
+    s->rests = line->rest;
+    return line->rest ? choose(&s->rest, quality, &tiles) : choose(&s->moving, quality, line);
+}
+
+bool lum_coding_is_video(const struct lum_coding_state *s)
+{
+    return s->moving.step == STEP_VIDEO;
 }
 
 uint32_t lum_coding_video_bytes(double bytes_s, double interval_s)
@@ -163,7 +178,7 @@ static double mixed(double was, double is)
     return was > 0.0 ? was + 0.5 * (is - was) : is;
 }
 
-void lum_coding_note(struct lum_coding_state *s, uint32_t quality, const struct lum_coding_cost *cost)
+static void note(struct lum_coding_notes *s, uint32_t quality, const struct lum_coding_cost *cost)
 {
     if (s->step != STEP_VIDEO && cost->n_pixels == 0)
         return;
@@ -174,4 +189,9 @@ void lum_coding_note(struct lum_coding_state *s, uint32_t quality, const struct 
     s->n_pixels = mixed(s->n_pixels, (double)cost->n_pixels);
     double slowness = (double)cost->cpu_ns / ((double)cost->n_pixels * ns_pixel(s->step));
     s->slowness = mixed(s->slowness, slowness < SLOWEST ? slowness : SLOWEST);
+}
+
+void lum_coding_note(struct lum_coding_state *s, uint32_t quality, const struct lum_coding_cost *cost)
+{
+    note(s->rests ? &s->rest : &s->moving, quality, cost);
 }

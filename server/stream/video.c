@@ -32,6 +32,18 @@ static struct lum_video *longest_unused(const struct lum_video_room *room)
     return found;
 }
 
+int64_t lum_video_close_unused(struct lum_video_room *room, int64_t now_ns)
+{
+    while (room->n > 0) {
+        struct lum_video *v = longest_unused(room);
+        int64_t wait_ns = v->used_ns + LUM_VIDEO_KEPT_NS - now_ns;
+        if (wait_ns > 0)
+            return wait_ns;
+        lum_video_close(v);
+    }
+    return INT64_MAX;
+}
+
 /* Views that all move keep what they have: an encoder that changes hands with every picture makes key chunks alone. */
 static bool make_room(struct lum_video_room *room, uint64_t n_pixels)
 {

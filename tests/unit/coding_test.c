@@ -302,6 +302,58 @@ static void a_picture_of_a_video_has_its_bytes(void **state)
     assert_int_equal(lum_coding_video_bytes(1e30, 0.1), 1000000);
 }
 
+/* The next picture, at rest: 20 times as many pixels as one that moves. */
+static struct lum_coding rest_frame(struct lum_coding_state *s, double bytes_s, bool webp)
+{
+    struct lum_coding_line line = thin_line(bytes_s, webp);
+    line.rest = true;
+    struct lum_coding c = lum_coding_choose(s, QUALITY, &line);
+    double share = c.codec == LUM_CODEC_JPEG ? 1.0 : c.quality == QUALITY ? 0.55 : 0.28;
+    lum_coding_note(s, QUALITY,
+                    &(struct lum_coding_cost){(uint64_t)(20.0 * smooth.jpeg_bytes * share), (uint64_t)(20.0 * PIXELS),
+                                              (uint64_t)(60.0 * PIXELS)});
+    return c;
+}
+
+/* However long it refines, it is tiles, in few bytes from the first on; and the next picture that moves is video. */
+static void a_drag_goes_on_as_video_after_a_rest(void **state)
+{
+    (void)state;
+    for (int webp = 0; webp < 2; webp++) {
+        struct lum_coding_state s = {0};
+        for (int n = 0; n < 10; n++)
+            video_frame(&s, &smooth, 2e4, webp);
+        for (int drag = 0; drag < 3; drag++) {
+            assert_int_equal(video_frame(&s, &smooth, 2e4, webp), LUM_CODEC_VP9);
+            for (int n = 0; n < 20; n++) {
+                struct lum_coding c = rest_frame(&s, 2e4, webp);
+                assert_int_equal(c.codec, webp ? LUM_CODEC_WEBP : LUM_CODEC_JPEG);
+                assert_int_equal(c.quality, webp ? 50 : QUALITY);
+                assert_true(lum_coding_is_video(&s));
+            }
+        }
+        for (int n = 0; n < 60; n++) /* the line gets wide, and the notes are still those of pictures that move */
+            video_frame(&s, &smooth, 1e8, webp);
+        assert_false(lum_coding_is_video(&s));
+    }
+}
+
+/* On a line that has pictures that move as JPEG they stay so, whatever those at rest take. */
+static void a_rest_tells_nothing_of_a_drag(void **state)
+{
+    (void)state;
+    const double bytes_s = smooth.jpeg_bytes / 0.05;
+    for (int webp = 0; webp < 2; webp++) {
+        struct lum_coding_state s = {0};
+        for (int drag = 0; drag < 3; drag++) {
+            for (int n = 0; n < 10; n++)
+                assert_int_equal(video_frame(&s, &smooth, bytes_s, webp), LUM_CODEC_JPEG);
+            for (int n = 0; n < 20; n++)
+                assert_int_not_equal(rest_frame(&s, bytes_s, webp).codec, LUM_CODEC_VP9);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -318,6 +370,8 @@ int main(void)
         cmocka_unit_test(video_does_not_flap),
         cmocka_unit_test(values_are_no_video),
         cmocka_unit_test(a_picture_of_a_video_has_its_bytes),
+        cmocka_unit_test(a_drag_goes_on_as_video_after_a_rest),
+        cmocka_unit_test(a_rest_tells_nothing_of_a_drag),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

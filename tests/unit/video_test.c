@@ -103,6 +103,26 @@ static void there_is_room_for_so_many(void **state)
     assert_int_equal(lum_encoder_videos(f->encoder)->n_pixels, 0);
 }
 
+/* One that nobody uses does not keep its memory, though nobody else needs the room. */
+static void who_rests_for_long_gives_it_back(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_video_room *room = lum_encoder_videos(f->encoder);
+    struct lum_video a = {0}, b = {0};
+    assert_int_equal(lum_video_close_unused(room, INT64_MAX), INT64_MAX);
+    assert_true(is_key(chunk(f, &a, false)) && is_key(chunk(f, &b, false)));
+    int64_t now_ns = a.used_ns;
+    b.used_ns = now_ns + 7;
+    assert_int_equal(lum_video_close_unused(room, now_ns + LUM_VIDEO_KEPT_NS - 1), 1);
+    assert_true(a.vp9 && b.vp9);
+    assert_int_equal(lum_video_close_unused(room, now_ns + LUM_VIDEO_KEPT_NS), 7);
+    assert_true(!a.vp9 && b.vp9 && room->n == 1);
+    assert_true(is_key(chunk(f, &a, false)));
+    lum_video_close(&a);
+    assert_int_equal(lum_video_close_unused(room, b.used_ns + LUM_VIDEO_KEPT_NS), INT64_MAX);
+    assert_true(!b.vp9 && room->n == 0 && room->n_pixels == 0);
+}
+
 /* Their pixels have an end, too. */
 static void pixels_have_an_end(void **state)
 {
@@ -163,6 +183,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_chunk_covers_the_picture, setup, encoder_bed_end),
         cmocka_unit_test_setup_teardown(a_size_begins_with_a_key, setup, encoder_bed_end),
         cmocka_unit_test_setup_teardown(there_is_room_for_so_many, setup, encoder_bed_end),
+        cmocka_unit_test_setup_teardown(who_rests_for_long_gives_it_back, setup, encoder_bed_end),
         cmocka_unit_test_setup_teardown(pixels_have_an_end, setup, encoder_bed_end),
         cmocka_unit_test_setup_teardown(memory_that_is_short_is_an_answer, setup, encoder_bed_end),
     };

@@ -7,7 +7,7 @@ import { numberOr, stringOr, type Pick, type SceneRecord } from '../protocol/typ
 import type { Vec3 } from '../lib/vec';
 import { orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
 import { Picture } from '../view/picture';
-import { PASSED_OVER, readsVp9 } from '../view/reads';
+import { PASSED_OVER, SILENT, readsVp9 } from '../view/reads';
 import { Comeback } from './comeback';
 import { Compare, type PictureFacts, type Shot, type Side } from './compare';
 import { Convergence } from './convergence';
@@ -611,7 +611,7 @@ export class App {
     /** The first time it is not acknowledged: it is not on the screen. One that fails again must not stop the picture. */
     private broke(last: FrameHeader, arrivedAt: number, error: Error): void {
         if (error.name === PASSED_OVER) return this.acknowledge(last, arrivedAt);
-        if (last.codec === Codec.vp9 && ++this.brokenVideo > MAX_RESENDS) this.view.reads('vp9', false);
+        if (last.codec === Codec.vp9 && (error.name === SILENT || ++this.brokenVideo > MAX_RESENDS)) this.view.reads('vp9', false);
         this.broken++;
         if (this.broken > 1) this.acknowledge(last, arrivedAt);
         if (this.broken <= MAX_RESENDS) setTimeout(() => this.view.resend(), this.broken > 1 ? RESEND_PAUSE_MS : 0);

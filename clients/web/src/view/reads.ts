@@ -11,6 +11,9 @@ export const VP9: VideoDecoderConfig = {
 /** Name of the error of chunks that came after a broken one: all that there is to do about it was done. */
 export const PASSED_OVER = 'PassedOver';
 
+/** Name of the error of chunks that became neither pictures nor errors: more of them would not either. */
+export const SILENT = 'Silent';
+
 /** Not of a page that came without TLS from elsewhere, nor of older browsers. */
 export async function readsVp9(): Promise<boolean> {
     if (typeof VideoDecoder === 'undefined') return false;

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { afterEach, beforeEach, test } from 'node:test';
 import { Codec, Flag, Kind, type Frame } from '../protocol/frame';
-import { PASSED_OVER, readsVp9 } from './reads';
+import { PASSED_OVER, SILENT, readsVp9 } from './reads';
 import { Video } from './video';
 
 const chunk = (frameSeq: number, key = false, bytes: number[] = [1]): Frame => ({
@@ -109,6 +109,45 @@ test('after a close nothing is drawn of what came before, and a key chunk begins
     const next = outcome(video.decode(chunk(1, true)));
     FakeDecoder.all[1]!.give();
     assert.equal(await next, 'frame 1');
+});
+
+/** The clock of those who wait: each call of the function lets all that was set go by once. */
+function clock(): { go(): void; put: () => void } {
+    const { setTimeout: set, clearTimeout: clear } = globalThis;
+    let waiting = new Map<number, () => void>();
+    let n = 0;
+    const go = (): void => {
+        const due = waiting;
+        waiting = new Map();
+        for (const what of due.values()) what();
+    };
+    Object.assign(globalThis, { setTimeout: (what: () => void) => (waiting.set(++n, what), n), clearTimeout: (id: number) => waiting.delete(id) });
+    return { go, put: () => Object.assign(globalThis, { setTimeout: set, clearTimeout: clear }) };
+}
+
+test('a decoder that takes chunks and gives nothing is given up', async () => {
+    const { go, put } = clock();
+    try {
+        const video = new Video();
+        const pictures = [video.decode(chunk(1, true)), video.decode(chunk(2)), video.decode(chunk(3))];
+        const [decoder] = FakeDecoder.all;
+        decoder!.give();
+        go(); // a machine that slept finds the time gone by before it sees what came
+        decoder!.give();
+        go();
+        assert.equal(decoder!.state, 'configured');
+        go();
+        assert.equal(decoder!.state, 'closed');
+        const names = await Promise.all(pictures.map((p) => p.then((f) => f.timestamp, (e: unknown) => (e as Error).name)));
+        assert.deepEqual(names, [1, 2, SILENT]);
+        const mended = video.decode(chunk(4, true));
+        FakeDecoder.all[1]!.give();
+        for (let i = 0; i < 3; i++) go(); // nothing is awaited
+        assert.equal((await mended).timestamp, 4);
+        assert.equal(FakeDecoder.all[1]!.state, 'configured');
+    } finally {
+        put();
+    }
 });
 
 test('VP9 is read where the browser says so', async () => {
