@@ -12,7 +12,8 @@
 #define AND_BACK 1.1f
 
 /* A VPL counts by (1 - d^2 / (WIDE r)^2)^2, r being the radius of the area that it stands for: WIDE^2 / 1.8 of them in
- * effect, with a hundred rays and more; and nothing further away, so that what is in another room changes nothing. */
+ * effect, with a hundred rays and more; and nothing further away. What lies that near behind a wall counts, too: an
+ * edit there changes a record by a few percent at most (tests/numeric/flicker_test.c). */
 #define WIDE 8.0f
 #define FACES 0.5f /* a VPL faces as the point does within 60 degrees, as in share.c */
 
