@@ -220,7 +220,7 @@ static void give_back(const struct lum_cache_job *job, const struct lum_cache_re
 {
     struct lum_receiver at = receiver_of(r);
     float lacking = lum_vpl_lacking(&job->cache->vpls, &at, &((const struct live_record *)(const void *)r)->around,
-                                    job->snapshot->lights.scene_radius, LUM_VPL_LIFT);
+                                    job->snapshot, LUM_VPL_LIFT);
     float times = 1.0f / (1.0f - lacking);
     inout->irradiance = lum_rgb_scale(inout->irradiance, times);
     for (uint32_t k = 0; k < 3; k++)
@@ -341,12 +341,18 @@ static uint32_t review(const struct lum_cache_job *job, struct live_record **rec
     return left;
 }
 
-/* True when a ray that told what is around it may meet something else now. */
+/* What is around it was looked at in a scene of the same size. */
+static bool is_to_scale(const struct lum_cache_job *job, const struct live_record *r)
+{
+    return r->around.scene_radius == job->snapshot->lights.scene_radius;
+}
+
+/* True when a ray that told what is around it may meet something else now, or what it met has another number. */
 static bool sees_motion(const struct lum_cache_job *job, const struct lum_since *since, const struct live_record *r)
 {
     struct lum_receiver at = receiver_of(&r->base);
     struct lum_vec3 ways[LUM_PROXIMITY_RAYS];
-    if (r->around.scene_radius != job->snapshot->lights.scene_radius)
+    if (!is_to_scale(job, r) || since->motion.renumbers)
         return true;
     if (!lum_since_meets_ball(since, at.p, REACH_MAX * job->snapshot->lights.scene_radius))
         return false;
@@ -366,15 +372,16 @@ static void refresh_some(struct seeing *s, struct lum_cache_record *const *recor
     for (uint32_t i = 0; i < n; i++) {
         struct live_record *r = live_of(records[i]);
         const struct lum_since *since = ring ? lum_since(ring, r->base.epoch) : NULL;
-        if (since && is_quiet(cache, since))
+        if (since && is_quiet(cache, since) && is_to_scale(s->job, r))
             continue;
         forget(cache, since, r);
-        if (!since || lum_since_meets_ball(since, r->base.p, LUM_TENT_SERVES * r->base.radius))
+        if (!since || lum_since_meets_ball(since, r->base.p, LUM_TENT_SERVES * r->base.radius)) {
             doubtful[n_doubtful++] = r;
-        else
+        } else {
             kept[n_kept++] = r;
-        if (since && n_kept > 0 && kept[n_kept - 1] == r && sees_motion(s->job, since, r))
-            around[n_around++] = r;
+            if (sees_motion(s->job, since, r))
+                around[n_around++] = r;
+        }
     }
     if (n_around > 0)
         measure(s->job, around, n_around, unused);

@@ -40,7 +40,8 @@ static void note(const struct lum_snapshot *s, const struct lum_receiver *at, co
                  const struct lum_hits *hits, uint32_t k, uint32_t i, struct lum_around *inout)
 {
     const float weight = 2.0f * ((float)i + 0.5f) / (float)RAYS; /* cosines of a spiral, over their mean */
-    if (hits->object[k] >= s->n_instances) {                     /* nothing, or a lamp, which is no VPL */
+    inout->met[i] = hits->object[k] < s->n_instances ? hits->object[k] : LUM_NO_OBJECT;
+    if (inout->met[i] == LUM_NO_OBJECT) { /* nothing, or a lamp, which is no VPL */
         inout->kept.n += weight;
         for (uint32_t l = 0; l < LUM_VPL_LIFTS; l++)
             inout->kept.light[l] += weight;

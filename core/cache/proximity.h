@@ -11,8 +11,9 @@
 /* What the rays of a point met: how far away, and what the point would be lacking of light that comes from there, were
  * it of VPLs lifted as lum_vpl_kept has them; by the cosine, which the rays are too few to be drawn by. */
 struct lum_around {
-    float t[LUM_PROXIMITY_RAYS]; /* limit: nothing */
-    float scene_radius;          /* that it was made for */
+    float t[LUM_PROXIMITY_RAYS];      /* limit: nothing */
+    uint32_t met[LUM_PROXIMITY_RAYS]; /* instance; LUM_NO_OBJECT: nothing, or a lamp */
+    float scene_radius;               /* that it was made for */
     struct lum_vpl_kept kept;
 };
 

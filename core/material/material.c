@@ -237,6 +237,27 @@ static struct lum_rgb sheet_color(const struct lum_material *m, struct lum_rgb b
                    lum_clamp(t.b, 0.0f, 1.0f - base.b));
 }
 
+static struct lum_rgb mean_of(const struct lum_texture *t)
+{
+    return t->image ? t->image->mean : lum_grey(1.0f);
+}
+
+float lum_material_reflects(const struct lum_material *m)
+{
+    if (m->unlit)
+        return 0.0f;
+    float metal = lum_clamp01(m->metallic * mean_of(&m->metallic_roughness_tex).b), ior = lum_max(m->ior, 1.0f);
+    float coated = (1.0f - metal) * (1.0f - lum_clamp01(m->transmission)), r = (ior - 1.0f) / (ior + 1.0f);
+    struct lum_rgb base = clamp01_rgb(lum_rgb_mul(m->base_color, mean_of(&m->base_color_tex)));
+    struct lum_rgb coat = clamp01_rgb(lum_rgb_scale(m->specular_color, r * r * lum_clamp01(m->specular)));
+    struct lum_rgb even = lum_rgb_mad(base, lum_rgb_mul(base, coat), -1.0f); /* of what the coat leaves */
+    if (lum_material_is_sheet(m))
+        even = lum_rgb_add(even, sheet_color(m, base));
+    even = lum_rgb_scale(even, coated);
+    struct lum_rgb all = lum_rgb_mad(lum_rgb_mad(even, base, metal), coat, 1.0f - metal);
+    return lum_clamp01(lum_luminance(all));
+}
+
 /* Of which the surface is a mix; the rest is glass. */
 struct shares {
     float metal, coated;

@@ -13,6 +13,7 @@ struct lum_image {
     enum lum_texel texel;
     uint32_t width, height;
     const void *pixels;
+    struct lum_rgb mean;          /* of lum_image_mean */
     void (*release)(void *owner); /* of who lends the pixels; NULL: they are its own */
     void *owner;
 };
@@ -24,6 +25,9 @@ struct lum_texel_value {
 };
 struct lum_texel_value lum_image_sample(const struct lum_image *image, struct lum_vec2 uv, enum lum_wrap wrap_u,
                                         enum lum_wrap wrap_v);
+
+/* Linear, of texels spread evenly over the image. */
+struct lum_rgb lum_image_mean(const struct lum_image *image);
 
 struct lum_texture {
     const struct lum_image *image; /* NULL: none */
@@ -52,6 +56,7 @@ struct lum_material {
     struct lum_rgb sigma_a;                  /* absorption inside a solid, per scene unit */
     float metallic, roughness, ior, specular, transmission, normal_scale, alpha, alpha_cutoff;
     enum lum_alpha_mode alpha_mode;
+    float reflects;                   /* lum_material_reflects */
     bool has_maps;                    /* one at least of its textures has an image */
     bool straight;                    /* a solid that bends no light where it is smooth */
     bool thin, unlit, front_emission; /* front_emission: from the side that triangles wind around alone */
@@ -97,6 +102,10 @@ bool lum_material_is_pane(const struct lum_material *m);
 
 /* An index of refraction that is 1 but for rounding: no interface, nothing is reflected or bent there. */
 bool lum_ior_is_matched(float ior);
+
+/* Which share of the light that arrives, by luminance, it sends on in the mean over its textures: from this side, and
+ * of a sheet from both. Without what goes through glass, coats and fuzz; vertices are taken to be white. In [0, 1]. */
+float lum_material_reflects(const struct lum_material *m);
 
 /* What is left of light after distance scene units inside a solid of it (Beer-Lambert); white if it has no inside. */
 struct lum_rgb lum_material_transmittance(const struct lum_material *m, float distance);

@@ -94,6 +94,7 @@ static enum lum_status image_create(const struct lum_image_desc *d, const struct
     image->width = d->width;
     image->height = d->height;
     image->pixels = pixels;
+    image->mean = lum_image_mean(image);
     if (lender) {
         image->release = lender->release;
         image->owner = lender->owner;

@@ -78,6 +78,7 @@ static void resolve_material(struct lum_material *out, const struct lum_material
     out->unlit = d->unlit;
     out->straight = straight_glass && !d->thin && d->transmission > 0.0f;
     out->front_emission = d->front_emission;
+    out->reflects = lum_material_reflects(out);
     memcpy(out->id, entry->base.id, sizeof out->id);
 }
 

@@ -188,11 +188,166 @@ static void slats_keep_their_light(void **state)
     rig_end(&r);
 }
 
+/* ---- dark slats under a sky ---- */
+
+/* Upright slats on a white floor, as high as they are apart, under an even sky: so many of them, so far apart, and so
+ * long that their ends do not matter: beyond them a point on the floor sees .3 % more of the sky. */
+enum { N_UPRIGHT = 24 };
+static const double GAP = 0.1, THIN = 0.004, LONG = 2.4, FLOOR = 0.7, SKY_CD_M2 = 1000;
+/* The sky is 256 points, of which the strip between two slats holds some 50, in a pattern of even areas, and eight rows
+ * of eight records see others of them at its edges: a point more or less in each, over 128. */
+#define SKY_ERROR 0.03
+
+struct slats {
+    struct rig r;
+    struct lum_caches *caches;
+    struct lum_cache *cache;
+    struct lum_counters counters;
+    struct lum_cache_record *records[N_POINTS];
+};
+
+/* The cache learns of it. */
+static void paint_slats(struct slats *s, float albedo)
+{
+    struct lum_material_desc slat = rig_diffuse(albedo);
+    rig_material(&s->r, "slat", &slat);
+    rig_commit(&s->r);
+    struct lum_cache_update u = {s->r.snapshot, s->r.pool, &s->counters};
+    RIG_OK(lum_cache_update(s->cache, &u, &err));
+}
+
+static void put_slats(struct rig *r)
+{
+    struct lum_material_desc white = rig_diffuse((float)FLOOR), black = rig_diffuse(0);
+    struct lum_light_desc sky = {.kind = &lum_light_kind_environment,
+                                 .color = lum_grey(1),
+                                 .intensity = SKY_CD_M2,
+                                 .on = true,
+                                 .camera_visible = true};
+    rig_light(r, "sky", &sky);
+    rig_material(r, "white", &white);
+    rig_material(r, "slat", &black);
+    rig_square(r, "floor", 2);
+    rig_object(r, "floor", "floor", "white", rig_v(0, 0, 0));
+    rig_box(r, "slat", THIN / 2, GAP / 2, LONG / 2);
+    for (int i = 0; i < N_UPRIGHT; i++) {
+        char id[16];
+        snprintf(id, sizeof id, "slat%02d", i);
+        rig_object(r, id, "slat", "slat", rig_v((i - 0.5 * (N_UPRIGHT - 1)) * GAP, GAP / 2, 0));
+    }
+}
+
+/* How far across its gap a point is. */
+static double across(uint32_t i)
+{
+    return (0.1 + 0.8 * (i % SIDE + 0.5) / SIDE) * GAP;
+}
+
+static struct lum_cache_job job_of(struct slats *s)
+{
+    return (struct lum_cache_job){.cache = s->cache,
+                                  .snapshot = s->r.snapshot,
+                                  .records = s->records,
+                                  .n = N_POINTS,
+                                  .pixel = 0.002f,
+                                  .counters = &s->counters};
+}
+
+/* With records on the floor, across the gaps in the middle. */
+static void begin_slats(struct slats *s, float albedo)
+{
+    *s = (struct slats){.cache = NULL};
+    rig_begin(&s->r, 2);
+    put_slats(&s->r);
+    struct lum_cache_key key = {
+        .kind = &lum_cache_live, .n_vpls = 256, .max_bounces = BOUNCES, .accuracy = 0.2f, .n_sky = LUM_VPL_SKY};
+    RIG_OK(lum_caches_create(2, &s->caches, &err));
+    RIG_OK(lum_cache_acquire(s->caches, &key, &s->cache, &err));
+    paint_slats(s, albedo);
+    for (uint32_t i = 0; i < N_POINTS; i++) {
+        double gap = (double)(i / SIDE) - 4.5, along = ((double)(i / SIDE) + 0.5) / SIDE - 0.5;
+        assert_non_null(s->records[i] = lum_store_new(s->cache->store, 0));
+        s->records[i]->p = to_scene(&s->r, gap * GAP + across(i), 0, along);
+        s->records[i]->n = s->records[i]->ng = lum_v3(0, 1, 0);
+    }
+    struct lum_cache_job job = job_of(s);
+    s->cache->key.kind->build(&job);
+}
+
+static void end_slats(struct slats *s)
+{
+    assert_int_equal(s->counters.nonfinite + s->counters.bad_rays, 0);
+    lum_cache_release(s->caches, s->cache);
+    lum_caches_destroy(s->caches);
+    rig_end(&s->r);
+}
+
+/* Over what the whole sky gives. */
+static double mean_share(const struct slats *s)
+{
+    double sum = 0.0;
+    for (uint32_t i = 0; i < N_POINTS; i++)
+        sum += (double)s->records[i]->irradiance.g / (LUM_PI_D * SKY_CD_M2 * N_POINTS);
+    return sum;
+}
+
+/* The same of the strip of sky between two slats: (sin a + sin b) / 2, a and b being angles from upright to their tops.
+ */
+static double open_share(void)
+{
+    double sum = 0.0;
+    for (uint32_t i = 0; i < SIDE; i++) {
+        double left = across(i) - THIN / 2, right = GAP - across(i) - THIN / 2;
+        sum += 0.5 * (left / hypot(left, GAP) + right / hypot(right, GAP)) / SIDE;
+    }
+    return sum;
+}
+
+/* Slats send on at most their albedo times the light of the whole sky, and what they and the floor send each other of
+ * that: and of what the floor sees they are what is not sky. So it gets what it gets of the sky alone, and at most so
+ * much more; black slats leave exactly that. */
+static void dark_slats_are_dark(void **state)
+{
+    (void)state;
+    const double albedos[] = {0.0, 0.05, 0.2};
+    for (size_t k = 0; k < LUM_ARRAY_LEN(albedos); k++) {
+        struct slats s;
+        begin_slats(&s, (float)albedos[k]);
+        double least = open_share(), got = mean_share(&s);
+        double most = least + (1.0 - least) * albedos[k] / (1.0 - albedos[k] * FLOOR);
+        print_message("slats of %g: %.3f of the sky's light, of %.3f to %.3f\n", albedos[k], got, least, most);
+        assert_true(got > least - SKY_ERROR && got < most + SKY_ERROR);
+        end_slats(&s);
+    }
+}
+
+static void paint_shows_without_a_ray(void **state)
+{
+    (void)state;
+    struct slats s, dark;
+    begin_slats(&s, 0.7f);
+    begin_slats(&dark, 0.05f);
+    double white = mean_share(&s);
+    paint_slats(&s, 0.05f);
+    struct lum_cache_job job = job_of(&s);
+    uint64_t before = s.counters.rays[LUM_RAY_INDIRECT_DIFFUSE] + s.counters.rays[LUM_RAY_ENVIRONMENT];
+    s.cache->key.kind->refresh(&job);
+    assert_int_equal(s.counters.rays[LUM_RAY_INDIRECT_DIFFUSE] + s.counters.rays[LUM_RAY_ENVIRONMENT], before);
+    print_message("slats of .7: %.3f of the sky's light, painted .05: %.3f\n", white, mean_share(&s));
+    assert_true(mean_share(&s) < white);
+    for (uint32_t i = 0; i < N_POINTS; i++)
+        assert_memory_equal(&s.records[i]->irradiance, &dark.records[i]->irradiance, sizeof s.records[i]->irradiance);
+    end_slats(&s);
+    end_slats(&dark);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(closed_room_keeps_its_energy),
         cmocka_unit_test(slats_keep_their_light),
+        cmocka_unit_test(dark_slats_are_dark),
+        cmocka_unit_test(paint_shows_without_a_ray),
     };
     return cmocka_run_group_tests_name("numeric.corner", tests, NULL, NULL);
 }

@@ -129,16 +129,19 @@ static bool shows_right(const struct rig *r, uint32_t x, uint32_t y)
 /* A record of `live` draws the VPLs that it asks with chances that depend on what all could bring it, seen or not, in
  * steps of the root of 2 (cache/vpl_sum.h). What moves next door changes that by some percent at most, so that one
  * record in ten takes another step; of the 128 draws of most, by which half of their light comes, then a quarter or so
- * become others: 1 / sqrt (128 / 4) of that half, 0.09, and two and a half times that at worst.
+ * become others: 1 / sqrt (128 / 4) of that half, 0.09, and two and a half times that at worst. Here it is far less.
  *
- * And what a record lacks since lights are lifted is told by lights around it (cache/lost.h), be they on the other side
- * of a wall. Here it is a few percent of its light, told by three dozen of which a few move at a time: two percent of
- * its light at most, and no more is looked at. */
-#define LACKING_LESS 0.02
+ * And what a record lacks since lights are lifted is told by lights around it (cache/lost.h), within 8 radii of the
+ * area that each stands for: nearly all are of its own room, but of that some lights move, too, when paths next door
+ * are chosen anew, and some lights behind the wall are within reach. Here that is up to 4 % of its light. Less than
+ * LACKING_LESS is not counted; more is, with what was drawn anew: of a tenth of the pixels, and none by more than
+ * CHANGED_MOST. */
+#define LACKING_LESS 0.004
+#define CHANGED_MOST 0.05
 
 static bool may_draw_anew(const struct rig *r, uint32_t n_changed, uint32_t n, double worst)
 {
-    return r->settings.method->cache == &lum_cache_live && n_changed < n / 10 && worst < 0.25;
+    return r->settings.method->cache == &lum_cache_live && n_changed < n / 10 && worst < CHANGED_MOST;
 }
 
 static void compare_right(const struct rig *r, const struct lum_rgb *before, int step)

@@ -6,6 +6,7 @@
 
 #include "core/cache/cache.h"
 #include "core/cache/kind.h"
+#include "core/cache/proximity.h"
 #include "core/cache/weight.h"
 #include "core/math/sampler.h"
 #include "core/pass/pass.h"
@@ -383,6 +384,62 @@ static void mover_traces_what_it_crosses(void **state)
     bed_end(&b);
 }
 
+static float distance_to(const struct lum_bounds *box, struct lum_vec3 p)
+{
+    struct lum_vec3 out = lum_v3_max(lum_v3_sub(box->lo, p), lum_v3_sub(p, box->hi));
+    return lum_length(lum_v3_max(out, lum_v3(0.0f, 0.0f, 0.0f)));
+}
+
+/* Records of which a ray meets what moves, out of reach of those that they serve. */
+static uint32_t count_far(struct bed *b, const struct lum_motion *motion)
+{
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < N_RECORDS; i++) {
+        const struct lum_cache_record *r = b->records[i];
+        if (!r)
+            continue;
+        struct lum_receiver at = {r->p, r->n, r->ng};
+        struct lum_around around;
+        float reach = 0.25f * b->r.snapshot->lights.scene_radius, unused;
+        bool near = false, meets = false;
+        lum_proximity(b->r.snapshot, &at, 1, reach, &b->counters, &unused, &around);
+        for (uint32_t m = 0; m < motion->n; m++) {
+            near = near || distance_to(&motion->movers[m].new_box, r->p) <= LUM_TENT_SERVES * r->radius ||
+                   distance_to(&motion->movers[m].old_box, r->p) <= LUM_TENT_SERVES * r->radius;
+        }
+        for (uint32_t k = 0; k < LUM_PROXIMITY_RAYS; k++)
+            meets = meets ||
+                    (around.met[k] != LUM_NO_OBJECT && strcmp(b->r.snapshot->instances[around.met[k]].id, "post") == 0);
+        n += meets && !near;
+    }
+    return n;
+}
+
+/* Every ray that tells what is around a record tells of what is there now, also where a thing moves past that is out of
+ * reach of who is served by it: a post that crosses the room, before records on its walls. */
+static void rays_around_see_what_comes_far_away(void **state)
+{
+    (void)state;
+    struct bed b;
+    bed_begin(&b, 14);
+    bed_settle(&b);
+    rig_box(&b.r, "post", 0.15, 1.4, 0.15);
+    uint32_t n_far = 0;
+    for (uint32_t step = 0; step < 12; step++) {
+        const struct lum_snapshot *before = lum_snapshot_ref(b.r.snapshot);
+        rig_object(&b.r, "post", "post", "white", rig_v(-1.0 + 0.15 * step, 1.5, 0.9 - 0.1 * step));
+        bed_commit(&b);
+        struct lum_motion motion;
+        lum_motion_between(before, b.r.snapshot, &motion);
+        n_far += count_far(&b, &motion);
+        bed_refresh(&b, 1);
+        bed_check(&b, "post moved");
+        lum_snapshot_unref(before);
+    }
+    assert_true(n_far > 0);
+    bed_end(&b);
+}
+
 /* ---- walls ---- */
 
 /* Two rooms with a wall of 2 cm between them; the lamp is in one. No record of the dark one sees anything, and none
@@ -421,9 +478,8 @@ static void no_light_through_a_thin_wall(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(after_any_edits_as_if_built_now),
-        cmocka_unit_test(at_rest_and_in_other_light_no_ray),
-        cmocka_unit_test(mover_traces_what_it_crosses),
+        cmocka_unit_test(after_any_edits_as_if_built_now), cmocka_unit_test(at_rest_and_in_other_light_no_ray),
+        cmocka_unit_test(mover_traces_what_it_crosses),    cmocka_unit_test(rays_around_see_what_comes_far_away),
         cmocka_unit_test(no_light_through_a_thin_wall),
     };
     return cmocka_run_group_tests_name("numeric.live_cache", tests, NULL, NULL);

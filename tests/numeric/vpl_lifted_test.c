@@ -78,6 +78,41 @@ static void discs_lose_by_their_closed_form(void **state)
     }
 }
 
+/* What lifting by m loses of a disc, a^2 / (a^2 + g^2) - a^2 / (a^2 + b^2), and the mean of s = r / (d^2 + r) over the
+ * rays that meet it, r = b^2 - g^2 being the rise: with x = sin^2 of their angle, which is even, d^2 = g^2 / (1 - x),
+ * so that s is r (1 - x) / (g^2 + r (1 - x)), whose integral from 0 to X = a^2 / (a^2 + g^2) is X - g^2 / r ln ((g^2 +
+ * r) / (g^2 + r (1 - X))). */
+static struct lum_vpl_lost lost_of_disc(double a, double g, double m)
+{
+    double x = a * a / (a * a + g * g), b = lifted_height(g, m), r = b * b - g * g;
+    return (struct lum_vpl_lost){.lost = (float)(x - a * a / (a * a + b * b)),
+                                 .beside = (float)(x - g * g / r * log((g * g + r) / (g * g + r * (1 - x))))};
+}
+
+/* At the lifts that are known, on a straight line between them, and as at the last ones beyond. Of wider discs what the
+ * rim gets is many times its own light, and rings of rays, 2 / SIDE apart, do not say where it is so well. */
+static void lost_and_beside_are_closed_forms(void **state)
+{
+    (void)state;
+    const double g = 0.01, widths[] = {0.005, 0.01, 0.02};
+    const float last = (float)LUM_VPL_LIFTS - 1.0f;
+    for (size_t i = 0; i < LUM_ARRAY_LEN(widths); i++) {
+        struct lum_vpl_kept all = opposite_disc((float)widths[i], (float)g);
+        for (float at = -0.5f; at < last + 1.0f; at += 0.25f) {
+            float within = lum_clamp(at, 0.0f, last), k = lum_min(floorf(within), last - 1.0f);
+            float wide = LUM_VPL_LIFT_WIDEST * SCENE_RADIUS * exp2f(-k);
+            float part = 2.0f - exp2f(1.0f - (within - k)); /* of the way from m = wide to wide / 2 */
+            struct lum_vpl_lost w = lost_of_disc(widths[i], g, (double)wide);
+            struct lum_vpl_lost n = lost_of_disc(widths[i], g, 0.5 * (double)wide);
+            struct lum_vpl_lost got = lum_vpl_lost_of(&all, SCENE_RADIUS, LUM_VPL_LIFT_WIDEST * exp2f(-at));
+            float lost = w.lost + part * (n.lost - w.lost), beside = w.beside + part * (n.beside - w.beside);
+            if (!(fabsf(got.lost - lost) < 3e-3f && fabsf(got.beside - beside) < 3e-3f))
+                fail_msg("disc of %g, lift %g: lost %g, not %g; beside %g, not %g", widths[i], (double)at,
+                         (double)got.lost, (double)lost, (double)got.beside, (double)beside);
+        }
+    }
+}
+
 /* What a VPL lifted by m, with this gain, gives the disc, ring by ring, over its flux: the term of
  * core/cache/vpl_sum.c for what it faces, times 1 + gain s. */
 static double given(double a, double g, double m, double gain)
@@ -117,6 +152,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(walls_get_all),
         cmocka_unit_test(discs_lose_by_their_closed_form),
+        cmocka_unit_test(lost_and_beside_are_closed_forms),
         cmocka_unit_test(gain_gives_back_what_is_lost),
     };
     return cmocka_run_group_tests_name("numeric.vpl_lifted", tests, NULL, NULL);

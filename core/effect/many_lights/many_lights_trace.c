@@ -53,9 +53,10 @@ static float outside(float x, float lo, float hi)
 }
 
 /* At most so much luminance a matte white surface in the box sends on from the light, were it as bright as it is
- * planned for. INFINITY: the light is too near to say, or has no place. A sphere's is exact where it is faced; other
- * shapes send at most area / distance^2, and of what is closed half of the area is seen. Where all surfaces face one
- * way, and where the light does, what arrives has the cosines of at least that slant. */
+ * planned for; of a mesh whose texels are of high range it is by their mean, and bright spots of it may send more.
+ * INFINITY: the light is too near to say, or has no place. A sphere's is exact where it is faced; other shapes send at
+ * most area / distance^2, and of what is closed half of the area is seen. Where all surfaces face one way, and where
+ * the light does, what arrives has the cosines of at least that slant. */
 static float bound_of(const struct lum_light *l, const struct lum_sampled_light *own, const struct extent *e)
 {
     struct lum_vec3 d = {outside(own->p.x, e->lo.x, e->hi.x), outside(own->p.y, e->lo.y, e->hi.y),
@@ -74,8 +75,8 @@ static float bound_of(const struct lum_light *l, const struct lum_sampled_light 
     float above = one_normal && !e->gloss ? farthest(e, lum_v3_neg(e->n), own->p) + radius : INFINITY;
     if (!(above > 0.0f))
         return 0.0f; /* the light is behind all */
-    float centre = lum_length(d), near = lum_max(centre - radius, point ? LUM_POINT_LIGHT_NEAR : 0.0f);
-    if (!(near > 0.0f))
+    float centre = lum_length(d), near = centre - radius;
+    if (!(near > (point ? LUM_POINT_LIGHT_NEAR : 0.0f))) /* nearer the distance of points is bounded, no cosine is */
         return INFINITY;
     float size = point ? 1.0f : sphere ? LUM_PI * radius * radius : l->area;
     float brightest =
@@ -84,7 +85,7 @@ static float bound_of(const struct lum_light *l, const struct lum_sampled_light 
     /* Of a sphere size / from^2 is pi sin^2 of its cone, whose solid angle is 2 / (1 + cos) times that. */
     float sin2 = sphere ? radius * radius / (from * from) : 0.0f;
     float wide = 2.0f / (1.0f + sqrtf(lum_max(1.0f - sin2, 0.0f)));
-    float cosines = lum_min(wide * above / near, 1.0f) * (l->web ? 1.0f : lum_min(before_light / near, 1.0f));
+    float cosines = lum_min(wide * above / near, 1.0f) * lum_min(before_light / near, 1.0f);
     return LUM_INV_PI * own->reference * brightest * size * cosines / (from * from);
 }
 
