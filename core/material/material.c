@@ -247,12 +247,14 @@ float lum_material_reflects(const struct lum_material *m)
     if (m->unlit)
         return 0.0f;
     float metal = lum_clamp01(m->metallic * mean_of(&m->metallic_roughness_tex).b), ior = lum_max(m->ior, 1.0f);
-    float coated = (1.0f - metal) * (1.0f - lum_clamp01(m->transmission)), r = (ior - 1.0f) / (ior + 1.0f);
+    float clear = lum_clamp01(m->transmission * mean_of(&m->transmission_tex).r);
+    float coated = (1.0f - metal) * (1.0f - clear), r = (ior - 1.0f) / (ior + 1.0f);
     struct lum_rgb base = clamp01_rgb(lum_rgb_mul(m->base_color, mean_of(&m->base_color_tex)));
-    struct lum_rgb coat = clamp01_rgb(lum_rgb_scale(m->specular_color, r * r * lum_clamp01(m->specular)));
+    struct lum_rgb color = lum_rgb_mul(m->specular_color, mean_of(&m->specular_color_tex));
+    struct lum_rgb coat = clamp01_rgb(lum_rgb_scale(color, r * r * lum_clamp01(m->specular))); /* alphas count as 1 */
     struct lum_rgb even = lum_rgb_mad(base, lum_rgb_mul(base, coat), -1.0f); /* of what the coat leaves */
     if (lum_material_is_sheet(m))
-        even = lum_rgb_add(even, sheet_color(m, base));
+        even = lum_rgb_add(even, sheet_color(m, base, 1.0f));
     even = lum_rgb_scale(even, coated);
     struct lum_rgb all = lum_rgb_mad(lum_rgb_mad(even, base, metal), coat, 1.0f - metal);
     return lum_clamp01(lum_luminance(all));
