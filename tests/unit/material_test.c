@@ -246,6 +246,35 @@ static void white_balance_makes_its_light_white(void **state)
             assert_true(near(m[i][j], i == j ? 1.0f : 0.0f, 2e-3f)); /* as close as its chromaticity is to D65's */
 }
 
+/* Of a matte surface it is its colour, of a metal, too; what is clear or not lit reflects nothing but what its
+ * interface does. Textures count by the means of their images, of which every texel counts as much; a coat takes from
+ * the base what it reflects itself, and a sheet sends to both sides. */
+static void reflected_share_is_of_colours_and_textures(void **state)
+{
+    (void)state;
+    struct lum_image image = grid_image(LUM_TEXEL_LINEAR8);
+    image.mean = lum_image_mean(&image);
+    assert_true(near(image.mean.r, (0.0f + 51.0f + 102.0f + 255.0f) / 4.0f / 255.0f, 1e-5f));
+    assert_true(near(image.mean.b, (20.0f + 71.0f + 122.0f + 255.0f) / 4.0f / 255.0f, 1e-5f));
+    struct lum_material m = {.base_color = {0.2f, 0.5f, 0.8f}, .specular_color = {1, 1, 1}, .ior = 1.5f};
+    assert_true(near(lum_material_reflects(&m), lum_luminance(m.base_color), 1e-6f));
+    m.specular = 1.0f; /* 4 % at the interface */
+    assert_true(near(lum_material_reflects(&m), 0.96f * lum_luminance(m.base_color) + 0.04f, 1e-6f));
+    m.metallic = 1.0f;
+    assert_true(near(lum_material_reflects(&m), lum_luminance(m.base_color), 1e-6f));
+    m.metallic = 0.0f;
+    m.transmission = 1.0f;
+    assert_true(near(lum_material_reflects(&m), 0.04f, 1e-6f));
+    m.transmission = m.specular = 0.0f;
+    m.base_color_tex.image = &image;
+    assert_true(near(lum_material_reflects(&m), lum_luminance(lum_rgb_mul(m.base_color, image.mean)), 1e-6f));
+    m.base_color_tex.image = NULL;
+    m.diffuse_transmittance = lum_grey(0.1f);
+    assert_true(near(lum_material_reflects(&m), lum_luminance(m.base_color) + 0.1f, 1e-6f));
+    m.unlit = true;
+    assert_true(lum_material_reflects(&m) == 0.0f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -258,6 +287,7 @@ int main(void)
         cmocka_unit_test(textures_are_transformed),
         cmocka_unit_test(normal_maps_lean_as_in_gltf),
         cmocka_unit_test(parameters_multiply),
+        cmocka_unit_test(reflected_share_is_of_colours_and_textures),
         cmocka_unit_test(chromaticities_are_the_published_ones),
         cmocka_unit_test(light_colours_are_normalised),
     };
