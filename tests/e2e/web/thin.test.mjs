@@ -1,4 +1,5 @@
-// A thin line: pictures that move come as WebP, the status says so, and the one at rest is exact. Scene: room.jsonl.
+// A thin line and a browser that reads no video: pictures that move come as WebP, the status says so, and the one at rest is
+// exact. Scene: room.jsonl.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
@@ -17,6 +18,7 @@ before(async () => {
     await daemon.start();
     await line.start(daemon.port);
     context = await launch();
+    await context.addInitScript(() => delete globalThis.VideoDecoder); // a browser without video: tiles alone
     tab = await open(context, daemon.url.replace(`:${daemon.port}`, `:${line.port}`));
     page = tab.page;
     await page.getByLabel('Resolution').selectOption('fast');
