@@ -86,6 +86,26 @@ class Photometry(unittest.TestCase):
         point = command("--ugr", os.path.join(FILES, "floodlight.ies"))[0]
         self.assertEqual("ugr" in point, bool(point["ugr_table"]))
 
+    def test_glare_does_not_depend_on_the_kind_of_file(self):
+        """EULUMDAT's first plane lies across the length, that of IES along it: one box, written as both."""
+        gamma, across, between, along = "0 30 60 80 90", "300 260 90 40 25", "300 240 70 25 15", "300 220 45 12 4"
+        ldt = ["Box", 2, 4, 8, 45, 5, 0, "", "Box", "", "", "", 1250, 350, 80, 1200, 300, 50, 50, 50, 50, 100, 100, 1, 0,
+               1, 1, "LED", 2000, 0, 0, 20, *[0] * 10, *range(0, 360, 45), *f"{gamma} {across} {between} {along}".split()]
+        ies = ["IESNA:LM-63-2002", "[TEST] 1", "TILT=NONE", "1 2000 2 5 3 1 2 0.3 1.2 0.05", "1 1 20", gamma, "0 45 90",
+               along, between, across]
+        rooms = []
+        for ending, lines in ((".ldt", ldt), (".ies", ies)):
+            with tempfile.NamedTemporaryFile("w", suffix=ending) as f:
+                f.write("\n".join(map(str, lines)) + "\n")
+                f.flush()
+                rooms.append(command("--ugr", f.name)[0]["ugr_table"]["rooms"])
+        for a, b in zip(*rooms, strict=True):
+            self.assertEqual(a["size_h"], b["size_h"])
+            self.assertGreater(a["crosswise"][0], a["endwise"][0] + 1, "its sides shine more than its ends")
+            for view in ("crosswise", "endwise"):
+                for x, y in zip(a[view], b[view], strict=True):
+                    self.assertAlmostEqual(x, y, places=4)  # intensities are floats, of 7 digits
+
     def test_a_scene_keeps_its_lamps(self):
         self.apply(LAMP, {**LAMP, "id": "twin", "multiplier": 0.5, "roll_deg": 30, "direction": [1, -1, 0]})
         self.apply({"op": "set", "id": "lamp", "path": "/flux_lm", "value": 300})
