@@ -264,7 +264,8 @@ class Caddy:
 
     def command(self):
         site = self.shipped(self.file, ("lights.example {\n", f"{self.names} {{\n\tbind 127.0.0.1\n\ttls {self.certificate} {self.key}\n"))
-        settings = f"{{\n\tadmin off\n\thttp_port {self.http}\n\thttps_port {self.https}\n\tdefault_bind 127.0.0.1\n}}\n"
+        # Of its own accord it would make an authority for localhost, and have this machine trust that: four seconds each time.
+        settings = f"{{\n\tadmin off\n\tskip_install_trust\n\thttp_port {self.http}\n\thttps_port {self.https}\n\tdefault_bind 127.0.0.1\n}}\n"
         return [self.program, "run", "--adapter", "caddyfile", "--config", self.write("Caddyfile", settings + site)]
 
 

@@ -130,8 +130,9 @@ class Video(unittest.TestCase):
             self.assertNotIn(VP9, {codec for frame in view.drag(5) for codec, _ in frame})
 
     def test_values_and_wide_lines_and_others_have_none(self):
+        # PNG is the largest: of a whole picture each would have this line for seconds.
         wanted = [({"codecs": ["webp", "vp9"], "overlay": "luminance"}, THIN), ({"codecs": ["webp"]}, THIN), ({}, THIN),
-                  ({"codecs": ["webp", "vp9"], "codec": "png"}, THIN), ({"codecs": ["webp", "vp9"], "downscale": 1}, THIN)]
+                  ({"codecs": ["webp", "vp9"], "codec": "png", "size": SMALL}, THIN), ({"codecs": ["webp", "vp9"], "downscale": 1}, THIN)]
         for members, rate in wanted:
             with ThinLine(self.daemon.port, rate) as line:
                 view = View(line.port, self.daemon.token, **members)
