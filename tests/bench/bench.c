@@ -39,6 +39,8 @@ static const struct lum_bench benches[] = {
      lum_bench_errors},
     {"irrcache", "storages of the shared irradiance cache by threads: frames, turns of the camera, lookups", NULL,
      lum_bench_irrcache},
+    {"rest", "errors of a view at rest after 0 to 32 samples, over several draws: does any of them rise with time",
+     NULL, lum_bench_rest},
     {"settings", "what each setting gives in time while something moves, for what error, beside rough passes", NULL,
      lum_bench_settings},
     {"truth", "how right the light is: first frames, moving, at rest, each effect; by blocks, against path", NULL,
@@ -75,9 +77,11 @@ static int usage(FILE *to, int status)
         "(default\n"
         "30); where third-party models are looked for (default ../shared/scenes), which are skipped where absent.\n"
         "--methods (default all of them; of budgets live,path; of drag live), --models and --seeds (1 to 30) are for\n"
-        "errors, budgets, settings and accuracy, too; the first two also for drag and vision; so is --seconds for\n"
+        "errors, budgets, settings, rest and accuracy, too; the first two also for drag and vision; so is --seconds "
+        "for\n"
         "accuracy: how long samples are added; and for budgets: how long a run is waited for.\n"
-        "--size: of the pictures of accuracy, ais, budgets, drag, errors, instant, irrcache, settings, stride and\n"
+        "--size: of the pictures of accuracy, ais, budgets, drag, errors, instant, irrcache, rest, settings, stride "
+        "and\n"
         "vision, 16 to 4096 a side, as 300x200; of stride the second number, which is to be a power of two, alone\n"
         "counts.\n"
         "--rounds: how often ais, instant, irrcache and stride repeat themselves at most, 1 to 15; animations are of "

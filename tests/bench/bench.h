@@ -18,7 +18,7 @@ struct lum_bench_options {
     const char *models;     /* truth: folder of third-party models */
     const char *camera;     /* truth: id, or its end; NULL: the scene's own */
     const char *methods;    /* truth, errors, budgets, vision: comma separated; NULL: the study's own choice */
-    uint32_t seeds;         /* errors, budgets, settings, accuracy: 1 to 30 */
+    uint32_t seeds;         /* errors, budgets, settings, rest, accuracy: 1 to 30 */
     uint32_t w, h;          /* of pictures; 0: the study's own */
     uint32_t rounds;        /* ais, instant, irrcache, stride: at most; 0: the study's own */
     double seconds;         /* truth: how long a scene rests; budgets: how long a run is waited for */
@@ -48,6 +48,7 @@ int lum_bench_growth(const struct lum_bench_options *options);
 int lum_bench_instant(const struct lum_bench_options *options);
 int lum_bench_irrcache(const struct lum_bench_options *options);
 int lum_bench_rays(const struct lum_bench_options *options);
+int lum_bench_rest(const struct lum_bench_options *options);
 int lum_bench_settings(const struct lum_bench_options *options);
 int lum_bench_stream(const struct lum_bench_options *options);
 int lum_bench_stride(const struct lum_bench_options *options);

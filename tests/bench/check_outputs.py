@@ -25,6 +25,7 @@ FILES = {
     "irrcache": {"irrcache", "irrcache-turns", "irrcache-turn-cornell", "irrcache-speedup", "irrcache-lookups",
                  "irrcache-lookups-table"},
     "truth": {"truth", "truth-first", "truth-effects"},
+    "rest": {"rest"},
     "settings": {"settings"},
     "vision": {"vision"},
     "video": {"video"},
