@@ -5,8 +5,9 @@ values of a work plane follow one lamp that is dragged?
 usage: LUMEND=build/release/bin/lumend tests/bench/mixing.py [--scene FILE|NAME] [--groups 20] [--seconds 10] [--size 600x400]
 
 Prints JSON: `lamps`; of the crossfade `frames_per_s`, `cpu_ms` of a frame on all threads (median; what others run beside it does
-not count), and `rays`, which is 0 but for those of probes that tell the error of pictures; of the drag `hz`, readings a second of a newer scene each, and `late_ms`, how long after its edit a reading came (median
-and 95th percentile). Exit status 1 below 30 frames or 10 readings a second, or where a ray was traced.
+not count), and `rays`, which is 0 but for those of probes that tell the error of pictures; of the drag `hz`, readings a second of a
+newer scene each, `cpu_ms`, what the daemon takes for one with the pictures between, and `late_ms`, how long after its edit a reading
+came (median and 95th percentile). Exit status 1 below 30 frames or 10 readings a second, or where a ray was traced.
 """
 import argparse
 import json
@@ -82,7 +83,14 @@ def crossfade(daemon, session, lamps, o, size):
     return {"frames_per_s": round(len(seen) / took, 1), "rays": rays, "cpu_ms": round(cpu_ms)}
 
 
-def drag(session, lamps, o, size):
+def cpu_ms_of(process):
+    """That it has had, of all threads."""
+    with open(f"/proc/{process.pid}/stat", encoding="utf-8") as stat:
+        fields = stat.read().rpartition(")")[2].split()
+    return 1e3 * (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")  # user and system
+
+
+def drag(daemon, session, lamps, o, size):
     bounds = [session.call("bounds", id=id) for id, r in session.scene().items() if r["type"] in ("object", "import")]
     low, high = ([pick(b[end][k] for b in bounds) for k in range(3)] for end, pick in (("min", min), ("max", max)))
     middle = [(a + b) / 2 for a, b in zip(low, high)]
@@ -95,18 +103,19 @@ def drag(session, lamps, o, size):
         view.picture(converged=False)
         readings = Readings(session)
         try:
-            begin = time.monotonic()
+            begin, cpu_ms = time.monotonic(), cpu_ms_of(daemon.process)
             while (now := time.monotonic()) < begin + o.seconds:
                 moved = list(at)
                 moved[3 if path == "/transform" else 0] += 0.02 * (n % 50)  # of 16 numbers, row by row, the first row's last
                 sent[session.apply([{"op": "set", "id": id, "path": path, "value": moved}], undo_group="drag")] = now
                 n += 1
                 time.sleep(max(0.0, begin + n / 60 - time.monotonic()))
-            end = time.monotonic()
+            end, cpu_ms = time.monotonic(), cpu_ms_of(daemon.process) - cpu_ms
         finally:
             readings.end()
     late = sorted(1e3 * (at - sent[rev]) for at, rev in readings.all if rev in sent)
-    return {"hz": round(sum(begin <= at <= end for at, _ in readings.all) / (end - begin), 1), "lamp": id,
+    n_read = sum(begin <= at <= end for at, _ in readings.all)
+    return {"hz": round(n_read / (end - begin), 1), "lamp": id, "cpu_ms": round(cpu_ms / n_read) if n_read else None,
             "late_ms": {"median": round(statistics.median(late)), "p95": round(late[int(0.95 * len(late))])} if late else None}
 
 
@@ -122,7 +131,7 @@ def main():
         with lumend.connect(f"http://{daemon.host}:{daemon.port}/#t={daemon.token}") as session:
             lamps = lamps_of(session)
             result = {"scene": os.path.basename(o.scene), "lamps": len(lamps), "size": o.size,
-                      "crossfade": crossfade(daemon, session, lamps, o, size), "drag": drag(session, lamps, o, size)}
+                      "crossfade": crossfade(daemon, session, lamps, o, size), "drag": drag(daemon, session, lamps, o, size)}
     print(json.dumps(result))
     fade, moved = result["crossfade"], result["drag"]
     return 0 if fade["frames_per_s"] >= 30 and fade["rays"] == 0 and moved["hz"] >= 10 else 1
