@@ -2,7 +2,8 @@
  * beside those of the samples alone. Neither SMAPE nor relMSE is to rise with time.
  *
  * Draws differ in all that is drawn at random, the first frame, too; the cache is made anew for each. What the mean
- * of a number of samples is above that of the frame is told with its standard error, of differences draw by draw. */
+ * of a number of samples is above that of the frame is told with its standard error, of differences draw by draw.
+ * Not every sample makes a picture (lum_refine_is_due): between two the last one counts, which people see then. */
 #include <math.h>
 
 #include "core/metric/metric.h"
@@ -35,7 +36,7 @@ static const struct lum_bench_column columns[] = {
     {"reference_relmse", NULL, 6},
 };
 
-/* One draw, on a view with caches of its own. n: passes for each step, one more where a frame comes first. */
+/* One draw, on a view with caches of its own. frame_first: the first pass of the method is no sample. */
 static bool draw(struct rig *rig, const char *method, uint32_t seed, bool frame_first,
                  double ret_errors[METRICS][STEPS][SEEDS])
 {
